@@ -159,7 +159,7 @@ pub mod prelude {
     pub use crate::shape::{Approximation, ReproducingKernel, Scratch, ShapeFunctions};
     pub use crate::solid::{Select, Shape, Solid3};
     #[cfg(feature = "solve")]
-    pub use crate::solve::{Analysis, Ending, EquilibriumPath, Observer, State, Stepping};
+    pub use crate::solve::{Analysis, Ending, Equilibrium, EquilibriumPath, Increment, Observer, Rhs, State, Stepping};
     pub use crate::table::ShapeTable;
     pub use crate::term::{
         Amplitude, Body, DeadLoad, FollowerPressure, Integrand, Pointwise, PressureField, ProjectedMeasure, Term,

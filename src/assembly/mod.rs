@@ -1,6 +1,7 @@
 //! The model and its sparse system: terms over clusters, summed into one fixed pattern.
 
 mod assembler;
+mod fault;
 mod layout;
 mod measures;
 mod model;
@@ -13,6 +14,8 @@ mod sum;
 mod system;
 
 pub use assembler::Assembler;
+#[cfg(feature = "solve")]
+pub(crate) use fault::fault;
 pub use model::Model;
 pub use model_at::ModelAt;
 pub use pattern::Pattern;

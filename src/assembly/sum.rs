@@ -7,6 +7,7 @@ use crate::compiled::by_dim;
 use crate::parallel::for_each_mut;
 use crate::term::{Element, LowerBlocks, PointMotion, View, Zone};
 
+use super::fault::fault;
 use super::model::Model;
 use super::pattern::{Pattern, UNCOUPLED};
 use super::slabs::{Gathered, Schedule, SlabSchedule, Turn};
@@ -111,6 +112,11 @@ impl Sum<'_> {
                     keeps.then(|| Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
             }
             term.linearize(cluster, self.at, element);
+            // No scale, no convergence: who asks why is told.
+            if !lower && motion.is_none() && fault(nodes.len() * dim, matrix, element).is_some() {
+                gathered.scale = f64::NAN;
+                continue;
+            }
             if let Some(mut zone) = element.uncondensed.take().filter(|zone| !zone.slopes.is_empty()) {
                 zone.nodes.extend_from_slice(nodes);
                 gathered.zones.push(zone);

@@ -141,7 +141,8 @@ pub trait Enforced: Send {
     /// Writes the values of the reduced matrix from the symmetric part of the full one.
     fn reduce(&mut self, full: &System, values: &mut Vec<f64>);
 
-    /// Writes the reduced right-hand side for the full one `force` ($-r$) and `violation` ($g - Gd$).
+    /// Writes the reduced right-hand side for the full one `force` ($-r$) and `violation` ($g - Gd$). The full matrix is gone by then:
+    /// what is needed of it is kept by [`reduce`](Enforced::reduce).
     fn restrict(&self, force: &[f64], violation: &[f64], full: &System, rhs: &mut Vec<f64>);
 
     /// $T^T v$ for a full vector, zero at the multipliers.
@@ -152,6 +153,9 @@ pub trait Enforced: Send {
     fn imbalance(&self, residual: &[f64], _multipliers: &[f64], out: &mut Vec<f64>) {
         self.project(residual, out);
     }
+
+    /// Adds $K\\,\delta d$ of the matrix that was reduced last to a residual, wherever [`react`](Enforced::react) looks at it.
+    fn stiffen(&self, _step: &[f64], _full: &System, _residual: &mut [f64]) {}
 
     /// Writes the multipliers $\mu$ that balance a residual, $r + G^T\mu = 0$, where they are not unknowns.
     fn react(&self, _residual: &[f64], _multipliers: &mut [f64]) {}

@@ -39,6 +39,8 @@ struct Bound {
     touches_free: Vec<[u32; 3]>,
     /// Entries between two pivots: entry, pivot, pivot.
     touches_pivot: Vec<[u32; 3]>,
+    /// The values of both, of the matrix that was reduced last.
+    touching: Vec<f64>,
     /// Reduced index of each full unknown; `u32::MAX` for pivots.
     reduced_of: Vec<u32>,
     full_of: Vec<usize>,
@@ -58,7 +60,18 @@ impl Enforcement for MixedTransformation {
         let Destinations { destination, touches_free, touches_pivot } =
             numbering.destinations(pattern, &reduced, &groups);
         let Numbering { pivots, reduced_of, full_of, .. } = numbering;
-        Ok(Box::new(Bound { reduced, groups, destination, pivots, touches_free, touches_pivot, reduced_of, full_of }))
+        let touching = Vec::new();
+        Ok(Box::new(Bound {
+            reduced,
+            groups,
+            destination,
+            pivots,
+            touches_free,
+            touches_pivot,
+            touching,
+            reduced_of,
+            full_of,
+        }))
     }
 }
 
@@ -195,6 +208,29 @@ impl Numbering {
 }
 
 impl Bound {
+    /// Adds the product with the entries of the full matrix in rows and columns of pivots: all of $K v$ at pivots, and all of it
+    /// elsewhere where $v$ is zero but at pivots.
+    fn multiply_touching(&self, v: &[f64], product: &mut [f64]) {
+        let unknown = |pivot: u32| {
+            let [group, pivot] = self.pivots[pivot as usize];
+            (&self.groups[group as usize], self.groups[group as usize].pivots[pivot as usize])
+        };
+        let (to_free, to_pivots) = self.touching.split_at(self.touches_free.len().min(self.touching.len()));
+        for (&[_, pivot, at], value) in self.touches_free.iter().zip(to_free) {
+            let (group, pivot) = unknown(pivot);
+            let free = self.full_of[group.coupled[at as usize] as usize];
+            product[free] += value * v[pivot];
+            product[pivot] += value * v[free];
+        }
+        for (&[_, a, b], value) in self.touches_pivot.iter().zip(to_pivots) {
+            let (a, b) = (unknown(a).1, unknown(b).1);
+            product[a] += value * v[b];
+            if a != b {
+                product[b] += value * v[a];
+            }
+        }
+    }
+
     /// $V\\,\text{violation}$ at the pivots of a group.
     fn prescribed(group: &Group, violation: &[f64]) -> Vec<f64> {
         let m = group.equations.len();
@@ -272,6 +308,9 @@ impl Enforced for Bound {
                 values[place as usize] += value;
             }
         }
+        let touching = self.touches_free.iter().chain(&self.touches_pivot);
+        self.touching.clear();
+        self.touching.extend(touching.map(|&[entry, ..]| full.values[entry as usize]));
         // Y = K_pf + ½ K_pp W; then K̂ = K_ff + WᵀY + YᵀW.
         let mut ys: Vec<Vec<f64>> =
             self.groups.iter().map(|group| vec![0.0; group.pivots.len() * group.coupled.len()]).collect();
@@ -326,23 +365,8 @@ impl Enforced for Bound {
             self.project(force, rhs);
             return;
         }
-        // Only entries that touch pivots meet the jump.
         let mut product = vec![0.0; force.len()];
-        let unknown = |pivot: u32| {
-            let [group, pivot] = self.pivots[pivot as usize];
-            (&self.groups[group as usize], self.groups[group as usize].pivots[pivot as usize])
-        };
-        for &[entry, pivot, at] in &self.touches_free {
-            let (group, pivot) = unknown(pivot);
-            product[self.full_of[group.coupled[at as usize] as usize]] += full.values[entry as usize] * jump[pivot];
-        }
-        for &[entry, a, b] in &self.touches_pivot {
-            let (a, b) = (unknown(a).1, unknown(b).1);
-            product[a] += full.values[entry as usize] * jump[b];
-            if a != b {
-                product[b] += full.values[entry as usize] * jump[a];
-            }
-        }
+        self.multiply_touching(&jump, &mut product);
         full.skew_multiply_add(&jump, &mut product);
         full.over_ranks(&mut product);
         for (p, f) in product.iter_mut().zip(force) {
@@ -362,6 +386,14 @@ impl Enforced for Bound {
                 }
             }
         }
+    }
+
+    fn stiffen(&self, step: &[f64], full: &System, residual: &mut [f64]) {
+        let mut product = vec![0.0; residual.len()];
+        self.multiply_touching(step, &mut product);
+        full.skew_multiply_add(step, &mut product);
+        full.over_ranks(&mut product);
+        residual.iter_mut().zip(&product).for_each(|(r, p)| *r += p);
     }
 
     fn react(&self, residual: &[f64], multipliers: &mut [f64]) {

@@ -1,5 +1,6 @@
 //! The contract of terms.
 
+use crate::assembly::fault;
 use crate::error::{Error, Invalid, SolveError};
 use crate::linear::vector::norm;
 use crate::term::{Element, Term, View, condensed_range, variables_range};
@@ -19,7 +20,7 @@ const SOLVED: f64 = 1e-12;
 
 /// Checks the contract of [`Term`] around a state, cluster by cluster: the residual is the derivative of
 /// the energy (where there is one), the matrix that of the residual, the load slope that of the residual
-/// by the load factor; nodes rise, residual, load slope and matrix keep the lengths in which they are handed over, and
+/// by the load factor; nodes rise, forces and matrix are finite, the matrix is symmetric where [`Term::matrix`] promises so, residual, load slope and matrix keep the lengths in which they are handed over, and
 /// [`advance`](Term::advance) allows a step of nothing in full.
 ///
 /// `displacement` holds the coefficients of all nodes, as many components each as the term has dimensions: a small admissible state that
@@ -30,7 +31,7 @@ const SOLVED: f64 = 1e-12;
 /// condensed unknowns that are not solved is not checked.
 ///
 /// # Errors
-/// Where the displacement is too short for the term's nodes or not finite.
+/// Where the displacement is not finite, and [`SolveError::MissingNode`] where it lacks nodes of the term.
 ///
 /// ```
 /// use rkpm::check;
@@ -53,13 +54,16 @@ pub fn term(term: &dyn Term, displacement: &[f64], load: f64) -> Result<Report, 
     if !(1..=3).contains(&dim) {
         return Err(Invalid::new("dimension of a term", dim as f64, "return 1, 2 or 3 from Term::dim").into());
     }
-    let highest = (0..clusters).flat_map(|c| term.nodes(c)).max().map_or(0, |&n| n as usize + 1);
-    if displacement.len() < highest * dim {
-        let (given, needed) = (displacement.len(), highest * dim);
-        return Err(SolveError::Length { what: "displacement to check a term at", given, needed }.into());
+    let nodes = displacement.len() / dim;
+    for cluster in 0..clusters {
+        if let Some(node) = term.nodes(cluster).iter().map(|&node| node as usize).find(|&node| node >= nodes) {
+            return Err(SolveError::MissingNode { term: 0, cluster, node, nodes }.into());
+        }
     }
     let probe = Probe::new(term, displacement, load);
     let mut order = Law::new("the nodes of a cluster rise", 0.0);
+    let mut promises =
+        Law::new("forces and matrix are finite, and the matrix is symmetric where that is promised", 0.0);
     let mut still = Law::new("a step of nothing is allowed in full", 0.0);
     for cluster in 0..clusters {
         let rising = term.nodes(cluster).windows(2).all(|w| w[0] < w[1]);
@@ -80,10 +84,13 @@ pub fn term(term: &dyn Term, displacement: &[f64], load: f64) -> Result<Report, 
         return Ok(report.with([order, lengths]).unchecked("all derivatives: the buffers have other lengths"));
     }
     for cluster in 0..clusters {
+        let fault = probe.fault(cluster, &base);
+        promises
+            .see(f64::from(u8::from(fault.is_some())), || format!("cluster {cluster}: {}", fault.unwrap_or_default()));
         let factor = probe.advance(cluster, displacement, load, &base, &probe.nothing, &mut Vec::new());
         still.see((factor - 1.0).abs(), || format!("cluster {cluster}"));
     }
-    let report = report.with([order, lengths, still]);
+    let report = report.with([order, lengths, promises, still]);
     Ok(probe.derivatives(report, &base))
 }
 
@@ -178,6 +185,16 @@ impl<'a> Probe<'a> {
             changed += element.matrix.len().abs_diff(if matrix { size * size } else { 0 });
         }
         changed
+    }
+
+    /// What is wrong with a cluster whose matrix is filled node by node.
+    fn fault(&self, cluster: usize, condensed: &[f64]) -> Option<&'static str> {
+        let (matrix, protocol) = (self.term.matrix(), self.term.protocol());
+        if protocol.fills_lower_blocks() || protocol.points().is_some() {
+            return None;
+        }
+        let element = self.linearize(cluster, self.displacement, self.load, condensed, matrix.exists);
+        fault(element.residual.len(), matrix, &element)
     }
 
     fn energy(&self, cluster: usize, displacement: &[f64], condensed: &[f64]) -> f64 {

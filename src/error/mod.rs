@@ -95,4 +95,10 @@ macro_rules! lifted {
     };
 }
 
+impl From<Cause> for Error {
+    fn from(cause: Cause) -> Self {
+        Error::Solve(SolveError::Attempt(cause))
+    }
+}
+
 lifted!(Geometry(GeometryError), Material(MaterialError), Contact(ContactError), Solve(SolveError));

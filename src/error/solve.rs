@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{Doubt, Invalid, Stalled};
+use super::{Cause, Doubt, Invalid, Stalled};
 
 /// What went wrong in an analysis.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -66,6 +66,21 @@ pub enum SolveError {
         /// Its cluster, counted from 0.
         cluster: usize,
     },
+    /// A term couples a node that the model lacks.
+    #[error(
+        "term {term} of the model, cluster {cluster}: Term::nodes() names node {node}, counted from 0, the model has {nodes}; tabulate the \
+         term over the nodes of the model"
+    )]
+    MissingNode {
+        /// The term, counted from 0.
+        term: usize,
+        /// Its cluster, counted from 0.
+        cluster: usize,
+        /// The node.
+        node: usize,
+        /// Nodes of the model.
+        nodes: usize,
+    },
     /// A model would not fit into memory.
     #[error(
         "a model of {particles} particles needs about {}, the limit is {}: take at most {fits} particles along \
@@ -83,6 +98,9 @@ pub enum SolveError {
         /// Particles along each axis of a cube that fits.
         fits: usize,
     },
+    /// No equilibrium was found in a loop of one's own over [`Equilibrium`](crate::solve::Equilibrium).
+    #[error("{0}")]
+    Attempt(Cause),
     /// A setting or another number is NaN, infinite or out of its range.
     #[error(transparent)]
     Invalid(#[from] Invalid),
@@ -132,6 +150,12 @@ pub enum SolveError {
         /// Why.
         doubts: Vec<Doubt>,
     },
+}
+
+impl From<SolveError> for Cause {
+    fn from(error: SolveError) -> Self {
+        Cause::Refused(error.to_string())
+    }
 }
 
 /// Doubts in one line.

@@ -39,6 +39,8 @@ pub enum Cause {
     },
     /// Numbers that are not finite: of a material beyond its range, a load or a custom term.
     NotFinite,
+    /// A term breaks what it promises: which one, and how.
+    Term(String),
     /// The tangent matrix is singular.
     Singular {
         /// Whether no step had converged before: a rigid motion may be free.
@@ -76,7 +78,7 @@ pub enum Cause {
         /// The tolerance.
         tolerance: f64,
     },
-    /// A term can't be evaluated in the next state, with its reason: a body that leaves a rigid profile at its open end.
+    /// A state or a step is refused, with the reason: a body that leaves a rigid profile at its open end, lists of another problem.
     Refused(String),
     /// The arc runs back along the path.
     Turned,
@@ -209,7 +211,7 @@ impl fmt::Display for Cause {
                 "the relative error of the stress is {error:.1e} even with the smallest time step, the tolerance is {tolerance:.1e}: \
                  lower Stepping::smallest or raise Stepping::time_tolerance"
             ),
-            Cause::Refused(why) => write!(f, "{why}"),
+            Cause::Refused(why) | Cause::Term(why) => write!(f, "{why}"),
             Cause::Turned => write!(f, "the arc-length step runs back along the path"),
             Cause::LimitPoint => write!(f, "the load falls beyond a limit point"),
             Cause::Steps(most) => {

@@ -11,7 +11,3 @@ pub(crate) fn norm(v: &[f64]) -> f64 {
 pub(crate) fn root_mean_square(v: &[f64]) -> f64 {
     (dot(v, v) / v.len() as f64).sqrt()
 }
-
-pub(crate) fn negate(v: &mut [f64]) {
-    v.iter_mut().for_each(|x| *x = -*x);
-}

@@ -79,6 +79,8 @@ struct Bound {
     /// Values at particles that are unknown, and the row that prescribes each of the others.
     free: Vec<usize>,
     prescribed: Vec<(usize, usize, f64)>,
+    /// Of the full matrix that was reduced last.
+    values: Vec<f64>,
 }
 
 impl Enforcement for FullTransformation {
@@ -130,6 +132,7 @@ impl Enforcement for FullTransformation {
             dimension,
             free,
             prescribed,
+            values: Vec::new(),
         }))
     }
 }
@@ -181,6 +184,7 @@ impl Enforced for Bound {
     fn reduce(&mut self, full: &System, values: &mut Vec<f64>) {
         let size = self.full.size();
         let d = self.dimension;
+        self.values.clone_from(&full.values);
         let mut k = DMatrix::zeros(size, size);
         for column in 0..size {
             for entry in self.full.columns[column]..self.full.columns[column + 1] {
@@ -214,7 +218,7 @@ impl Enforced for Bound {
         let mut jump = vec![0.0; size];
         self.coefficients(&values, &mut jump);
         let mut product = vec![0.0; size];
-        self.full.multiply_add(&full.values, &jump, &mut product);
+        self.full.multiply_add(&self.values, &jump, &mut product);
         full.skew_multiply_add(&jump, &mut product);
         full.over_ranks(&mut product);
         for (p, f) in product.iter_mut().zip(force) {
@@ -227,6 +231,14 @@ impl Enforced for Bound {
         let nodal = self.nodal(full);
         out.clear();
         out.extend(self.free.iter().map(|&u| nodal[u]));
+    }
+
+    fn stiffen(&self, step: &[f64], full: &System, residual: &mut [f64]) {
+        let mut product = vec![0.0; residual.len()];
+        self.full.multiply_add(&self.values, step, &mut product);
+        full.skew_multiply_add(step, &mut product);
+        full.over_ranks(&mut product);
+        residual.iter_mut().zip(&product).for_each(|(r, p)| *r += p);
     }
 
     fn react(&self, residual: &[f64], multipliers: &mut [f64]) {

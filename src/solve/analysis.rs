@@ -2,15 +2,14 @@
 
 use crate::assembly::Model;
 use crate::boundary::{Constraints, Enforced, Enforcement, MixedTransformation, check_unknowns};
-use crate::error::{Error, Incompatible, Invalid, LinearError, SolveError};
+use crate::error::{Cause, Error, Incompatible, Invalid, LinearError, SolveError};
 use crate::linear::{Direct, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
 
-use super::newton::Workspace;
+use super::equilibrium::Equilibrium;
 use super::path::EquilibriumPath;
 use super::settings::Newton;
 use super::state::State;
 use super::stepping::{StepControl, Stepping};
-use super::tangent::Tangent;
 
 /// What is missing where every displacement is prescribed.
 pub(crate) const NO_FREE: &str = "free unknowns";
@@ -67,9 +66,6 @@ impl Analysis {
                 return Err(Invalid::new(what, value, needed).into());
             }
         }
-        if model.terms().is_empty() {
-            return Err(SolveError::Empty { what: "terms", remedy: "add at least a body" }.into());
-        }
         check_terms(model)?;
         if self.stepping.control == StepControl::ArcLength && model.is_timed() {
             let remedy = "load steps are time steps: take StepControl::Auto, or the elastic material alone";
@@ -80,7 +76,7 @@ impl Analysis {
 
     pub(super) fn validate(&self, model: &Model, equations: &Constraints, path: &EquilibriumPath) -> Result<(), Error> {
         self.check_settings(model)?;
-        check_unknowns(equations.equations(), model.unknowns())?;
+        check_model(model, equations)?;
         check_state(model, equations, &path.start)?;
         for step in path.steps.iter().rev().take(2) {
             check_state(model, equations, &step.state)?;
@@ -94,11 +90,19 @@ impl Analysis {
                 .into());
             }
         }
+        // One of those that were checked.
+        if let Some(why) = model.at_own(path.last()).fault() {
+            return Err(Cause::Term(why).into());
+        }
         Ok(())
     }
 
-    /// Binds conditions and solver to the pattern of the model.
-    pub(crate) fn workspace<'a>(&self, model: &'a Model, equations: &'a Constraints) -> Result<Workspace<'a>, Error> {
+    /// The equations of equilibrium of a model under its conditions, with enforcement and linear solver bound to them.
+    ///
+    /// # Errors
+    /// For a model without terms or unknowns, constraint equations that depend on each other, and patterns that the solver refuses.
+    pub fn equilibrium<'a>(&self, model: &'a Model, equations: &'a Constraints) -> Result<Equilibrium<'a>, Error> {
+        check_model(model, equations)?;
         let apart = self.solver.keeps_pressures();
         let mut assembler = if apart { model.assembler_free() } else { model.assembler() };
         let mut enforced = self.enforcement.bind(assembler.pattern(), equations)?;
@@ -111,15 +115,7 @@ impl Analysis {
         }
         assembler.forget_rows();
         let solver = self.bound_solver(model, &mut *enforced)?;
-        Ok(Workspace {
-            model,
-            equations,
-            assembler,
-            tangent: Tangent::new(model, enforced, solver),
-            forces: Default::default(),
-            iterations: 0,
-            inertia: None,
-        })
+        Ok(Equilibrium::bound(model, equations, assembler, (enforced, solver), self.stepping.smallest))
     }
 
     /// A solver of its own for bound conditions: orders the unknowns, renumbers them where they can be, and has the solver look at their
@@ -187,20 +183,30 @@ fn check_state(model: &Model, equations: &Constraints, state: &State) -> Result<
     Ok(())
 }
 
+/// Refuses models that nothing can be solved with, and constraint equations over unknowns that they lack.
+fn check_model(model: &Model, equations: &Constraints) -> Result<(), Error> {
+    check_terms(model)?;
+    Ok(check_unknowns(equations.equations(), model.unknowns())?)
+}
+
 /// Refuses terms of another dimension, terms whose nodes do not rise, and ones over nodes that the model lacks: their tables belong to another set.
 fn check_terms(model: &Model) -> Result<(), SolveError> {
+    if model.terms().is_empty() {
+        return Err(SolveError::Empty { what: "terms", remedy: "add at least a body" });
+    }
     if let Some([term, cluster]) = model.unsorted() {
         return Err(SolveError::Nodes { term, cluster });
     }
-    let needed = model.node_count();
     if let Some(given) = model.misfit() {
         return Err(SolveError::Dimension { given, needed: model.dim() });
     }
-    for term in model.terms() {
+    let nodes = model.node_count();
+    for (number, term) in model.terms().iter().enumerate() {
         term.validate()?;
-        let last = (0..term.clusters()).filter_map(|c| term.nodes(c).last()).max();
-        if let Some(&last) = last.filter(|&&last| last as usize >= needed) {
-            return Err(SolveError::Length { what: "the table of a term", given: last as usize + 1, needed });
+        for cluster in 0..term.clusters() {
+            if let Some(node) = term.nodes(cluster).last().map(|&node| node as usize).filter(|&node| node >= nodes) {
+                return Err(SolveError::MissingNode { term: number, cluster, node, nodes });
+            }
         }
     }
     Ok(())

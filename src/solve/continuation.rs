@@ -6,9 +6,9 @@ use crate::error::{Cause, Doubt, DoubtCause, Driven, Error, Stalled};
 
 use super::analysis::Analysis;
 use super::critical::CriticalPoint;
+use super::equilibrium::Equilibrium;
 use super::functional::Control;
-use super::motion_limit::MotionLimit;
-use super::newton::{Attempt, Workspace};
+use super::newton::Attempt;
 use super::path::{Ending, EquilibriumPath, Observer, Step, StepControlState};
 use super::rejection::Rejection;
 use super::settings::{Newton, TangentUpdate};
@@ -18,14 +18,12 @@ use super::stepping::{Following, LARGE_CHANGE, StepControl, TOO_LARGE};
 /// One run: what it works with and what it has reached.
 pub(super) struct Continuation<'a, 'o> {
     pub(super) analysis: &'a Analysis,
-    pub(super) workspace: Workspace<'a>,
+    pub(super) equilibrium: Equilibrium<'a>,
     /// The other one of iteration and factors, once an attempt has needed these.
-    other: Option<Workspace<'a>>,
-    /// Whether the workspace is that of factors.
+    other: Option<Equilibrium<'a>>,
+    /// Whether the equilibrium is that of factors.
     by_factors: bool,
     pub(super) observer: &'o mut dyn Observer,
-    /// The extent of the body \[length\].
-    pub(super) extent: f64,
     /// Whether the first step of the next attempt tells that the load should not lead.
     pub(super) probes: bool,
     pub(super) path: EquilibriumPath,
@@ -39,10 +37,6 @@ pub(super) struct Continuation<'a, 'o> {
     pub(super) rejected: usize,
     /// Whether a functional with targets is controlled.
     pub(super) controlled: bool,
-    /// Load factors inside (0, 1) at which amplitudes have break points, rising.
-    pub(super) break_points: Vec<f64>,
-    /// Prescribed values that run along curves.
-    pub(super) motion_limit: MotionLimit<'a>,
 }
 
 impl<'a, 'o> Continuation<'a, 'o> {
@@ -56,26 +50,21 @@ impl<'a, 'o> Continuation<'a, 'o> {
         // What was spent on attempts after the last step is spent again.
         (path.iterations, path.rejected) = path.spent();
         path.ending = Ending::Completed;
-        let mut workspace = analysis.workspace(model, equations)?;
-        workspace.iterations = path.iterations;
+        let mut equilibrium = analysis.equilibrium(model, equations)?;
+        equilibrium.iterations = path.iterations;
         let state = path.last().clone();
         let previous = match path.steps.as_slice() {
             [] => None,
             [_] => Some(path.start.clone()),
             [.., before, _] => Some(before.state.clone()),
         };
-        let mut break_points: Vec<f64> = model.break_points().into_iter().chain(equations.break_points()).collect();
-        break_points.retain(|&break_point| break_point > 0.0 && break_point < 1.0);
-        break_points.sort_unstable_by(f64::total_cmp);
-        break_points.dedup();
         let modes = path.steps.last().and_then(|step| step.unstable);
         Ok(Continuation {
             analysis,
-            workspace,
+            equilibrium,
             other: None,
             by_factors: false,
             observer,
-            extent: extent(model),
             probes: false,
             path,
             previous,
@@ -84,8 +73,6 @@ impl<'a, 'o> Continuation<'a, 'o> {
             spent: 0,
             rejected: 0,
             controlled: false,
-            break_points,
-            motion_limit: MotionLimit::new(model, equations),
         })
     }
 
@@ -96,24 +83,23 @@ impl<'a, 'o> Continuation<'a, 'o> {
 
     /// Whether the current state lies at a break point of an amplitude: the last step tells nothing of the next one.
     pub(super) fn at_break_point(&self) -> bool {
-        self.break_points.contains(&self.state.load)
+        self.equilibrium.break_points.contains(&self.state.load)
     }
 
     /// Tries one state, which has to lie on the path of the current one.
     pub(super) fn attempt(&mut self, attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
         let (iterations, state) = self.iterate(attempt, control)?;
         self.on_path(&state).inspect_err(|_| self.count_rejection())?;
-        let before = self.workspace.model.at_own(&self.state);
-        if let Some(why) = self.workspace.model.at_own(&state).check_step(before) {
+        if let Err(refused) = self.equilibrium.follows(&self.state, &state) {
             self.count_rejection();
-            return Err(Cause::Refused(why).into());
+            return Err(refused.into());
         }
         Ok((iterations, state))
     }
 
     /// The error of a time step relative to its tolerance, at a state for which the internal variables are not yet updated.
     pub(super) fn time_error(&self, state: &State) -> f64 {
-        let model = self.workspace.model;
+        let model = self.equilibrium.model;
         // Rates before a break point say nothing of those behind it.
         let before = self.previous.as_ref().filter(|_| !self.at_break_point()).map(|previous| &previous.condensed[..]);
         model.at_own(state).time_error(before) / self.analysis.stepping.time_tolerance
@@ -129,22 +115,22 @@ impl<'a, 'o> Continuation<'a, 'o> {
         if self.by_factors {
             self.exchange();
         }
-        let before = self.workspace.iterations;
+        let before = self.equilibrium.iterations;
         let near = self.previous.is_some() && self.analysis.stepping.predict && !self.at_break_point();
         let newton = self.newton();
         let ahead = self.ahead(control, near);
         self.probes = false;
         let given = self.analysis.factors.is_some().then(|| attempt.clone());
-        let mut outcome = self.workspace.newton(&newton, &mut attempt, &ahead, self.observer);
+        let mut outcome = self.equilibrium.newton(&newton, &mut attempt, &ahead, self.observer);
         // What an iteration does not solve factors may: they are taken for this attempt alone, so that steps do not depend on those before.
         let unsolved = matches!(outcome, Err(Rejection::Failed(Cause::Singular { .. } | Cause::LinearSolver(_))));
         if let Some(given) = given.filter(|_| unsolved && self.bind_factors()) {
             self.exchange();
             attempt = given;
-            outcome = self.workspace.newton(&newton, &mut attempt, &ahead, self.observer);
+            outcome = self.equilibrium.newton(&newton, &mut attempt, &ahead, self.observer);
         }
-        self.spent += self.workspace.iterations - before;
-        self.path.iterations = self.workspace.iterations;
+        self.spent += self.equilibrium.iterations - before;
+        self.path.iterations = self.equilibrium.iterations;
         if outcome.as_ref().is_err_and(|rejection| !matches!(rejection, Rejection::TooLarge(_))) {
             self.count_rejection();
         }
@@ -154,8 +140,8 @@ impl<'a, 'o> Continuation<'a, 'o> {
     /// Whether factors are there to take the place of an iteration.
     fn bind_factors(&mut self) -> bool {
         if self.other.is_none() {
-            let Workspace { model, equations, .. } = self.workspace;
-            self.other = self.analysis.factors.as_ref().and_then(|factors| factors.workspace(model, equations).ok());
+            let Equilibrium { model, equations, .. } = self.equilibrium;
+            self.other = self.analysis.factors.as_ref().and_then(|factors| factors.equilibrium(model, equations).ok());
         }
         self.other.is_some()
     }
@@ -163,8 +149,8 @@ impl<'a, 'o> Continuation<'a, 'o> {
     /// Exchanges iteration and factors.
     fn exchange(&mut self) {
         if let Some(other) = &mut self.other {
-            other.iterations = self.workspace.iterations;
-            std::mem::swap(&mut self.workspace, other);
+            other.iterations = self.equilibrium.iterations;
+            std::mem::swap(&mut self.equilibrium, other);
             self.by_factors = !self.by_factors;
         }
     }
@@ -172,7 +158,7 @@ impl<'a, 'o> Continuation<'a, 'o> {
     /// An attempt under a control, from a state that was predicted from others or was not.
     pub(super) fn ahead<'c>(&self, control: Control<'c>, predicted: bool) -> Attempt<'c> {
         let largest_first_step = if self.probes { TOO_LARGE } else { f64::INFINITY };
-        Attempt { control, extent: self.extent, predicted, largest_first_step }
+        Attempt { control, predicted, largest_first_step }
     }
 
     /// Newton's method as it is set; where the path counts the inertia has to be that of the states themselves.
@@ -192,13 +178,13 @@ impl<'a, 'o> Continuation<'a, 'o> {
     /// Rejects a state that has gained or lost unstable modes in a large step, where the path counts.
     fn on_path(&mut self, attempt: &State) -> Result<(), Rejection> {
         // As long as there are none, nobody asks how many a first state had.
-        let Some(after) = self.workspace.unstable_modes().filter(|after| *after != self.modes.unwrap_or(0)) else {
+        let Some(after) = self.equilibrium.unstable_modes().filter(|after| *after != self.modes.unwrap_or(0)) else {
             return Ok(());
         };
         if !self.follows_path() {
             return Ok(());
         }
-        let model = self.workspace.model;
+        let model = self.equilibrium.model;
         let size = model.largest_gradient(&attempt.displacement);
         let change: Vec<f64> =
             attempt.displacement.iter().zip(&self.state.displacement).map(|(new, old)| new - old).collect();
@@ -213,13 +199,13 @@ impl<'a, 'o> Continuation<'a, 'o> {
     /// costs a factorisation; none where it has no factors.
     fn modes(&mut self) -> usize {
         if self.modes.is_none() {
-            let last = self.workspace.inertia;
-            let before = self.workspace.iterations;
+            let last = self.equilibrium.inertia;
+            let before = self.equilibrium.iterations;
             let found =
-                self.workspace.tangent_displacement(&self.state).ok().and_then(|_| self.workspace.unstable_modes());
-            self.spent += self.workspace.iterations - before;
-            self.path.iterations = self.workspace.iterations;
-            self.workspace.inertia = last;
+                self.equilibrium.tangent_displacement(&self.state).ok().and_then(|_| self.equilibrium.unstable_modes());
+            self.spent += self.equilibrium.iterations - before;
+            self.path.iterations = self.equilibrium.iterations;
+            self.equilibrium.inertia = last;
             self.modes = Some(found.unwrap_or(0));
         }
         self.modes.unwrap_or(0)
@@ -233,12 +219,11 @@ impl<'a, 'o> Continuation<'a, 'o> {
             return Vec::new();
         }
         let before = self.modes();
-        let iterations = self.workspace.iterations;
+        let iterations = self.equilibrium.iterations;
         let newton = self.newton();
-        let points =
-            self.workspace.critical_points(&newton, self.extent, (&self.state, before), (next, after), self.observer);
-        self.spent += self.workspace.iterations - iterations;
-        self.path.iterations = self.workspace.iterations;
+        let points = self.equilibrium.critical_points(&newton, (&self.state, before), (next, after), self.observer);
+        self.spent += self.equilibrium.iterations - iterations;
+        self.path.iterations = self.equilibrium.iterations;
         points
     }
 
@@ -246,11 +231,10 @@ impl<'a, 'o> Continuation<'a, 'o> {
     ///
     /// `control_state` holds whatever the rule carries on to the next step: what is not in it would be lost to a resumed run.
     pub(super) fn accept(&mut self, mut state: State, control_state: StepControlState) -> bool {
-        let (inertia, unstable) = (self.workspace.inertia, self.workspace.unstable_modes());
+        let (inertia, unstable) = (self.equilibrium.inertia, self.equilibrium.unstable_modes());
         let critical = self.critical_points(&state, unstable);
-        let model = self.workspace.model;
-        state.condensed = model.at_own(&state).update_history();
-        self.workspace.react(&mut state);
+        let model = self.equilibrium.model;
+        self.equilibrium.remember(&mut state);
         let energy = model.at_own(&state).energy();
         let step = Step {
             state: state.clone(),
@@ -268,7 +252,7 @@ impl<'a, 'o> Continuation<'a, 'o> {
         let flow = self.observer.step(&step);
         self.path.steps.push(step);
         self.previous = Some(std::mem::replace(&mut self.state, state));
-        let ended = self.workspace.model.is_ended_by(flow);
+        let ended = self.equilibrium.model.is_ended_by(flow);
         if ended {
             self.path.ending = Ending::Stopped;
         }
@@ -292,8 +276,8 @@ impl<'a, 'o> Continuation<'a, 'o> {
 
     /// What drives a run under load control: loads, or prescribed displacements alone.
     pub(super) fn driven(&self) -> Driven {
-        let loads = self.workspace.model.at_own(&self.state).load_slope();
-        if loads.iter().all(|slope| *slope == 0.0) && !self.workspace.equations.is_empty() {
+        let loads = self.equilibrium.model.at_own(&self.state).load_slope();
+        if loads.iter().all(|slope| *slope == 0.0) && !self.equilibrium.equations.is_empty() {
             Driven::ByDisplacements
         } else {
             Driven::ByLoads
@@ -330,7 +314,7 @@ impl<'a, 'o> Continuation<'a, 'o> {
         match self.iterate(self.state.clone(), Control::Load(load)) {
             Ok((_, state)) => {
                 // A guess is no equilibrium: its modes count for nothing.
-                self.modes = self.workspace.unstable_modes();
+                self.modes = self.equilibrium.unstable_modes();
                 self.accept(
                     state,
                     StepControlState { increment: self.analysis.stepping.first, ..StepControlState::default() },
@@ -339,21 +323,6 @@ impl<'a, 'o> Continuation<'a, 'o> {
             Err(rejection) => self.stall(rejection, self.driven()),
         }
     }
-}
-
-/// The largest extent of the nodes \[length\].
-fn extent(model: &Model) -> f64 {
-    let mut extent: f64 = 0.0;
-    for axis in 0..model.dim() {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for node in 0..model.node_count() {
-            let x = model.coordinates(node)[axis];
-            low = low.min(x);
-            high = high.max(x);
-        }
-        extent = extent.max(high - low);
-    }
-    extent
 }
 
 #[cfg(test)]

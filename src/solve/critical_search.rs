@@ -1,12 +1,11 @@
 //! The search for critical points between two equilibria of a path.
 
-use crate::assembly::Model;
 use crate::linear::vector::dot;
 
 use super::critical::{CriticalKind, CriticalPoint};
-use super::driver::predict;
+use super::equilibrium::Equilibrium;
 use super::functional::{Control, Deflection, Functional};
-use super::newton::{Attempt, Workspace};
+use super::newton::Attempt;
 use super::path::Observer;
 use super::settings::Newton;
 use super::state::State;
@@ -18,14 +17,13 @@ const BRACKET: f64 = 1e-3;
 /// Bisections per critical point: 2⁻⁴⁰ is below any tolerance that Newton's own allows.
 const BISECTIONS: usize = 40;
 
-impl Workspace<'_> {
+impl Equilibrium<'_> {
     /// The critical points between two equilibria of one path with their numbers of unstable modes.
     ///
     /// Both are led apart by the secant deflection $c\cdot d$, $c = d_B - d_A$, which grows through limit points too.
     pub(crate) fn critical_points(
         &mut self,
         newton: &Newton,
-        extent: f64,
         before: (&State, usize),
         behind: (&State, usize),
         observer: &mut dyn Observer,
@@ -39,7 +37,7 @@ impl Workspace<'_> {
                     break;
                 }
                 // A middle that can't be reached leaves the bracket as wide as it is.
-                let Some((middle, modes)) = self.middle(newton, extent, &low, &high, observer) else { break };
+                let Some((middle, modes)) = self.middle(newton, &low, &high, observer) else { break };
                 if modes == low_modes {
                     low = middle;
                 } else {
@@ -59,16 +57,16 @@ impl Workspace<'_> {
     fn middle(
         &mut self,
         newton: &Newton,
-        extent: f64,
         low: &State,
         high: &State,
         observer: &mut dyn Observer,
     ) -> Option<(State, usize)> {
         let secant = secant(low, high);
         let half = 0.5 * (secant.value(&low.displacement) + secant.value(&high.displacement));
-        let mut middle = interpolate(self.model, low, high);
+        // The mean of both, condensed unknowns included.
+        let mut middle = self.predict_own(low, high, -0.5);
         let control = Control::Functional(&secant, half);
-        let attempt = Attempt { control, extent, predicted: true, largest_first_step: f64::INFINITY };
+        let attempt = Attempt { control, predicted: true, largest_first_step: f64::INFINITY };
         self.newton(newton, &mut middle, &attempt, observer).ok()?;
         Some((middle, self.unstable_modes()?))
     }
@@ -97,9 +95,4 @@ fn is_narrow(low: &State, high: &State, width: f64) -> bool {
     let size = dot(&high.displacement, &high.displacement).sqrt();
     let load = low.load.abs().max(high.load.abs());
     (high.load - low.load).abs() <= width * load && apart <= width.sqrt() * size
-}
-
-/// The mean of two states, condensed unknowns included.
-fn interpolate(model: &Model, low: &State, high: &State) -> State {
-    predict(model, low, high, -0.5)
 }

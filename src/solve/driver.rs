@@ -1,8 +1,9 @@
 //! What is controlled where the load factor is an unknown, and where attempts start.
 
-use crate::assembly::Model;
+use crate::error::SolveError;
 use crate::term::variables_range;
 
+use super::equilibrium::Equilibrium;
 use super::functional::{Deflection, Functional};
 use super::state::State;
 
@@ -34,44 +35,56 @@ impl Functional for Arc {
     }
 }
 
-/// A state `factor` times a tangent displacement ahead, its condensed unknowns recovered along.
-pub(super) fn along(model: &Model, state: &State, answer: &[f64], factor: f64) -> State {
-    let mut ahead = state.clone();
-    let step: Vec<f64> = answer.iter().map(|a| factor * a).collect();
-    let mut condensed: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
-    let here = model.at_own(state);
-    let part = here.advance_own(&step, &mut condensed);
-    here.advance_load(factor, &mut condensed);
-    for (d, s) in ahead.displacement.iter_mut().zip(&step) {
-        *d += part * s;
-    }
-    for (l, s) in ahead.condensed.iter_mut().flatten().zip(condensed.iter().flatten()) {
-        *l += part * s;
-    }
-    ahead.load += part * factor;
-    ahead
-}
-
-/// Extrapolates linearly by `ratio` times the last step, cut back where the step limiter asks for it.
-pub(super) fn predict(model: &Model, previous: &State, state: &State, ratio: f64) -> State {
-    let mut predicted = state.clone();
-    let step: Vec<f64> =
-        state.displacement.iter().zip(&previous.displacement).map(|(now, then)| ratio * (now - then)).collect();
-    let mut unused: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
-    let factor = model.at_own(state).advance_own(&step, &mut unused);
-    for (d, s) in predicted.displacement.iter_mut().zip(&step) {
-        *d += factor * s;
-    }
-    let all = predicted.condensed.iter_mut().zip(model.terms());
-    for ((condensed, term), (now, then)) in all.zip(state.condensed.iter().zip(&previous.condensed)) {
-        // What is remembered is held.
-        let range = variables_range(&**term);
-        let unknowns = if range.is_empty() { condensed.len() } else { range.start };
-        let condensed = &mut condensed[..unknowns];
-        for (l, (now, then)) in condensed.iter_mut().zip(now.iter().zip(then)) {
-            *l += factor * ratio * (now - then);
+impl Equilibrium<'_> {
+    /// A state `factor` times a tangent displacement ahead, its condensed unknowns recovered along.
+    pub(super) fn along(&self, state: &State, answer: &[f64], factor: f64) -> State {
+        let mut ahead = state.clone();
+        let step: Vec<f64> = answer.iter().map(|a| factor * a).collect();
+        let mut condensed: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
+        let here = self.model.at_own(state);
+        let part = here.advance_own(&step, &mut condensed);
+        here.advance_load(factor, &mut condensed);
+        for (d, s) in ahead.displacement.iter_mut().zip(&step) {
+            *d += part * s;
         }
+        for (l, s) in ahead.condensed.iter_mut().flatten().zip(condensed.iter().flatten()) {
+            *l += part * s;
+        }
+        ahead.load += part * factor;
+        ahead
     }
-    predicted.load += factor * ratio * (state.load - previous.load);
-    predicted
+
+    /// Extrapolates linearly from two states by `ratio` times the step from the first to the second, or as much of that as is admissible;
+    /// what is remembered is that of the second.
+    ///
+    /// # Errors
+    /// For states of another problem.
+    pub fn predict(&self, before: &State, state: &State, ratio: f64) -> Result<State, SolveError> {
+        before.check_lengths(self.model, self.equations)?;
+        state.check_lengths(self.model, self.equations)?;
+        Ok(self.predict_own(before, state, ratio))
+    }
+
+    pub(super) fn predict_own(&self, before: &State, state: &State, ratio: f64) -> State {
+        let mut predicted = state.clone();
+        let step: Vec<f64> =
+            state.displacement.iter().zip(&before.displacement).map(|(now, then)| ratio * (now - then)).collect();
+        let mut unused: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
+        let factor = self.model.at_own(state).advance_own(&step, &mut unused);
+        for (d, s) in predicted.displacement.iter_mut().zip(&step) {
+            *d += factor * s;
+        }
+        let all = predicted.condensed.iter_mut().zip(self.model.terms());
+        for ((condensed, term), (now, then)) in all.zip(state.condensed.iter().zip(&before.condensed)) {
+            // What is remembered is held.
+            let range = variables_range(&**term);
+            let unknowns = if range.is_empty() { condensed.len() } else { range.start };
+            let condensed = &mut condensed[..unknowns];
+            for (l, (now, then)) in condensed.iter_mut().zip(now.iter().zip(then)) {
+                *l += factor * ratio * (now - then);
+            }
+        }
+        predicted.load += factor * ratio * (state.load - before.load);
+        predicted
+    }
 }

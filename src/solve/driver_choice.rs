@@ -22,20 +22,20 @@ impl<'a, 'o> Continuation<'a, 'o> {
             return None;
         }
         // The tangent displacement does not predict contact.
-        if stepping.control == StepControl::Auto && self.workspace.model.is_unilateral() {
+        if stepping.control == StepControl::Auto && self.equilibrium.model.is_unilateral() {
             return None;
         }
         // Steps of the load are steps of time.
-        if self.workspace.model.is_timed() {
+        if self.equilibrium.model.is_timed() {
             return None;
         }
         // Amplitudes with break points may let the load fall or rest, which control of a deflection could not follow.
-        if stepping.control == StepControl::Auto && !self.break_points.is_empty() {
+        if stepping.control == StepControl::Auto && !self.equilibrium.break_points.is_empty() {
             return None;
         }
         // At the first state, wherever the path has come to by now: a resumed run controls the same deflection.
         let start = &self.path.start;
-        let loads = self.workspace.model.at_own(start).load_slope();
+        let loads = self.equilibrium.model.at_own(start).load_slope();
         let total: f64 = loads.iter().map(|f| f.abs()).sum();
         if total == 0.0 && stepping.control == StepControl::Auto {
             // Driven by prescribed displacements alone.
@@ -44,12 +44,12 @@ impl<'a, 'o> Continuation<'a, 'o> {
         if stepping.control == StepControl::Auto {
             // Where they are driven as well, the mean displacement along the load says nothing of the path.
             let mut moved = Vec::new();
-            self.workspace.equations.load_slope(start.load, &mut moved);
+            self.equilibrium.equations.load_slope(start.load, &mut moved);
             if moved.iter().any(|slope| *slope != 0.0) {
                 return None;
             }
         }
-        let model = self.workspace.model;
+        let model = self.equilibrium.model;
         if model.is_unilateral() {
             // The first arc is as long as a first step of the load leads.
             return Some((Driver::Arc(Vec::new()), FIRST_LOAD.min(stepping.first)));
@@ -61,19 +61,19 @@ impl<'a, 'o> Continuation<'a, 'o> {
             self.probes = true;
             return if self.path.steps.is_empty() { None } else { self.driver_of_first_run() };
         }
-        let before = self.workspace.iterations;
-        let probe = self.workspace.tangent_displacement(start);
+        let before = self.equilibrium.iterations;
+        let probe = self.equilibrium.tangent_displacement(start);
         if self.path.steps.is_empty() {
-            self.spent += self.workspace.iterations - before;
-            self.path.iterations = self.workspace.iterations;
+            self.spent += self.equilibrium.iterations - before;
+            self.path.iterations = self.equilibrium.iterations;
         } else {
             // Counted by the first run.
-            self.workspace.iterations = before;
+            self.equilibrium.iterations = before;
         }
         let rest = 1.0 - self.path.start.load;
         // Where the tangent is singular (a mechanism stiffened only by its loads) the load is controlled.
         let Ok(probe) = probe else { return None };
-        let gradient = self.workspace.model.largest_gradient(&probe) * rest;
+        let gradient = self.equilibrium.model.largest_gradient(&probe) * rest;
         if stepping.control == StepControl::ArcLength {
             let part = stepping.first.min(FIRST_GRADIENT / gradient) * rest;
             let first = part * root_mean_square(&probe);
@@ -88,7 +88,7 @@ impl<'a, 'o> Continuation<'a, 'o> {
     /// A state a little way along the load, where something may touch: no tangent at a first state tells what will, and a control
     /// that leaves the load free could go the other way, where nothing does.
     pub(super) fn touching(&mut self) -> Option<State> {
-        if !self.workspace.model.is_unilateral() {
+        if !self.equilibrium.model.is_unilateral() {
             return None;
         }
         let mut part = FIRST_LOAD;
@@ -113,13 +113,13 @@ impl<'a, 'o> Continuation<'a, 'o> {
 
     /// The driver of the first attempt of the run that is resumed.
     fn driver_of_first_run(&mut self) -> Option<(Driver, f64)> {
-        let before = self.workspace.iterations;
+        let before = self.equilibrium.iterations;
         let mut attempt = self.path.start.clone();
         let once = Newton { iterations: 1, ..self.newton() };
-        let outcome = self.workspace.newton(&once, &mut attempt, &self.ahead(Control::Load(1.0), false), &mut ());
+        let outcome = self.equilibrium.newton(&once, &mut attempt, &self.ahead(Control::Load(1.0), false), &mut ());
         self.probes = false;
         // Counted by the first run.
-        self.workspace.iterations = before;
+        self.equilibrium.iterations = before;
         match outcome {
             Err(Rejection::TooLarge(answer)) => self.driver_after(&answer),
             _ => None,
@@ -128,7 +128,7 @@ impl<'a, 'o> Continuation<'a, 'o> {
 
     /// What is controlled where the first step of the first attempt was too large.
     pub(super) fn driver_after(&self, answer: &[f64]) -> Option<(Driver, f64)> {
-        let (model, start) = (self.workspace.model, &self.path.start);
+        let (model, start) = (self.equilibrium.model, &self.path.start);
         let loads = model.at_own(start).load_slope();
         self.deflection(&loads, answer, 1.0, model.largest_gradient(answer))
     }

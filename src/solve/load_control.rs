@@ -3,6 +3,7 @@
 use crate::error::Cause;
 
 use super::continuation::Continuation;
+use super::equilibrium::LOAD_ROUNDING;
 use super::functional::Control;
 use super::path::StepControlState;
 use super::rejection::Rejection;
@@ -10,8 +11,6 @@ use super::state::State;
 use super::step_loop::{Retry, StepRule};
 use super::stepping::Stepping;
 
-/// Differences of load factors below this are rounding: a step takes them with it.
-const LOAD_ROUNDING: f64 = 1e-9;
 /// Part of the step of time that the error of the last one would allow.
 const TIME_SAFETY: f64 = 0.9;
 /// Largest ratio of a step of time to the one before.
@@ -35,7 +34,7 @@ impl LoadSteps {
             increment: run.control_state().map_or(stepping.first, |control_state| control_state.increment),
             rejected: false,
             time_factor: None,
-            timed: run.workspace.model.is_timed() && stepping.time_tolerance.is_finite(),
+            timed: run.equilibrium.model.is_timed() && stepping.time_tolerance.is_finite(),
             stepping,
         }
     }
@@ -53,18 +52,7 @@ impl StepRule for LoadSteps {
         if target > 1.0 - LOAD_ROUNDING {
             target = 1.0;
         }
-        // A step ends at each break point of an amplitude: a peak inside it would be missed.
-        let inside = |&&at: &&f64| at > now + LOAD_ROUNDING && target > at - LOAD_ROUNDING;
-        if let Some(&break_point) = run.break_points.iter().find(inside) {
-            target = break_point;
-        }
-        // A motion that returns within one step would not be seen: the step ends before.
-        target = run.motion_limit.until(now, target, self.stepping.smallest);
-        let terms = run.workspace.model.terms();
-        [
-            now,
-            terms.iter().filter_map(|term| term.unilateral()).fold(target, |target, of| of.farthest_load(now, target)),
-        ]
+        [now, run.equilibrium.farthest(now, target)]
     }
 
     fn attempt(
@@ -72,7 +60,8 @@ impl StepRule for LoadSteps {
         run: &mut Continuation<'_, '_>,
         [now, target]: [f64; 2],
     ) -> Result<(usize, State), Rejection> {
-        let turns_back = run.previous.as_ref().is_some_and(|p| !run.motion_limit.go_on([p.load, now], target));
+        let turns_back =
+            run.previous.as_ref().is_some_and(|p| !run.equilibrium.motion_limit().go_on([p.load, now], target));
         let ratio = if run.at_break_point() || turns_back { f64::NAN } else { run.load_ratio(target) };
         self.time_factor = None;
         let (iterations, state) = run.attempt(run.predicted(ratio), Control::Load(target))?;

@@ -4,7 +4,7 @@ use crate::error::{Cause, Driven};
 use crate::linear::vector::{dot, norm, root_mean_square};
 
 use super::continuation::Continuation;
-use super::driver::{Arc, Driver, along, predict};
+use super::driver::{Arc, Driver};
 use super::functional::{Control, Functional};
 use super::path::{Step, StepControlState};
 use super::rejection::Rejection;
@@ -58,11 +58,10 @@ impl<'a> PathSteps<'a> {
                 run.attempt(run.state.clone(), Control::Load(load))
             }
             Driver::Arc(first) => {
-                let model = run.workspace.model;
                 // Arcs need a direction: they are predicted whatever the stepping says of predictors.
                 let start = match &run.previous {
-                    Some(previous) => predict(model, previous, &run.state, ratio),
-                    None => along(model, &run.state, first, increment / root_mean_square(first)),
+                    Some(previous) => run.equilibrium.predict_own(previous, &run.state, ratio),
+                    None => run.equilibrium.along(&run.state, first, increment / root_mean_square(first)),
                 };
                 let arc = Arc { from: run.state.displacement.clone() };
                 let (iterations, state) = run.attempt(start, Control::Functional(&arc, increment))?;
@@ -110,7 +109,7 @@ impl StepRule for PathSteps<'_> {
         if state.load > 1.0 {
             // Overshot: the full load lies between the current state and this one.
             let part = (1.0 - run.state.load) / (state.load - run.state.load);
-            let start = predict(run.workspace.model, &run.state, &state, part - 1.0);
+            let start = run.equilibrium.predict_own(&run.state, &state, part - 1.0);
             return run.attempt(start, Control::Load(1.0));
         }
         Ok((iterations, state))

@@ -1,10 +1,10 @@
 //! Whether a recorded path belongs to the problem that is to go on with it.
 
-use crate::assembly::{StateRef, System};
 use crate::error::{Error, SolveError};
 use crate::linear::vector::norm;
 
 use super::continuation::Continuation;
+use super::state::State;
 
 /// What may be left of forces and violations, relative to their own size: far above what Newton's method leaves.
 const BALANCED: f64 = 1e-4;
@@ -17,27 +17,28 @@ impl Continuation<'_, '_> {
     /// Refuses a path whose last state is no equilibrium here: it was recorded with another scene or scheme.
     pub(super) fn check_recorded(&mut self) -> Result<(), Error> {
         let Some(step) = self.path.steps.last() else { return Ok(()) };
-        let (model, equations, state) = (self.workspace.model, self.workspace.equations, &step.state);
+        let (model, equations, state) = (self.equilibrium.model, self.equilibrium.equations, &step.state);
         let refuse = |what, value| Err(SolveError::OtherProblem { what, value, load: state.load }.into());
 
-        let mut forces = System::default();
-        let assembler = &mut self.workspace.assembler;
         let mut strain = Vec::with_capacity(model.unknowns());
         for node in 0..model.node_count() {
             strain.extend(model.coordinates(node).iter().map(|x| LEAST_STRAIN * x));
         }
-        assembler.assemble_forces(model, StateRef::new(&strain, &model.start(), 0.0), &mut forces)?;
-        let least = forces.scale;
-        assembler.assemble_forces(model, state, &mut forces)?;
-        let size = forces.scale.max(least);
-        let mut left = Vec::new();
-        self.workspace.tangent.enforced.imbalance(&forces.residual, &state.multipliers, &mut left);
-        let unbalanced = norm(&left) / size.max(f64::MIN_POSITIVE);
+        let strained = State { displacement: strain, ..State::at_rest(model, equations) };
+        // Forces that are no numbers balance nothing.
+        let mut of = |state| {
+            let forces = self.equilibrium.forces(state);
+            forces.map_or([f64::NAN; 2], |forces| [forces.scale, forces.residual * forces.scale])
+        };
+        let ([least, _], [size, left]) = (of(&strained), of(state));
+        let size = size.max(least);
+        let unbalanced = left / size.max(f64::MIN_POSITIVE);
         if !(unbalanced <= BALANCED) {
             return refuse("relative to all forces its unbalanced ones are", unbalanced);
         }
 
         // Held displacements are sums of coefficients that need not be small themselves.
+        let mut left = Vec::new();
         equations.violation(&state.displacement, state.load, &mut left);
         let sums = equations.equations().iter().map(|equation| {
             let sum: f64 = equation.entries.iter().map(|&(k, c)| (c * state.displacement[k]).abs()).sum();

@@ -3,7 +3,7 @@
 use crate::error::{Cause, Driven};
 
 use super::continuation::Continuation;
-use super::driver::{Driver, predict};
+use super::driver::Driver;
 use super::path::StepControlState;
 use super::rejection::Rejection;
 use super::state::State;
@@ -111,7 +111,7 @@ impl Continuation<'_, '_> {
     pub(super) fn predicted(&self, ratio: f64) -> State {
         match &self.previous {
             Some(previous) if self.analysis.stepping.predict && ratio.is_finite() => {
-                predict(self.workspace.model, previous, &self.state, ratio)
+                self.equilibrium.predict_own(previous, &self.state, ratio)
             }
             _ => self.state.clone(),
         }

@@ -3,8 +3,8 @@
 use crate::error::Driven;
 
 use super::continuation::Continuation;
+use super::equilibrium::MET;
 use super::functional::{Control, Functional};
-use super::increment::MET;
 use super::path::StepControlState;
 use super::rejection::Rejection;
 use super::state::State;

@@ -125,6 +125,75 @@ fn terms_whose_nodes_fall_or_repeat() {
     }
 }
 
+/// A spring between two nodes in the plane that breaks a promise from a displacement on.
+#[derive(Clone, Copy)]
+struct Broken {
+    nodes: [u32; 2],
+    above: f64,
+    force: f64,
+    entry: f64,
+    lower: f64,
+}
+
+impl Term for Broken {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn clusters(&self) -> usize {
+        1
+    }
+    fn nodes(&self, _: usize) -> &[u32] {
+        &self.nodes
+    }
+    fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
+        let [a, b] = self.nodes.map(|node| view.displacement[2 * node as usize]);
+        let broken = view.displacement.iter().any(|u| u.abs() >= self.above);
+        let [force, entry, lower] = if broken { [self.force, self.entry, self.lower] } else { [1.0, 1.0, -1.0] };
+        (out.residual[0], out.residual[2]) = (force * (a - b), b - a);
+        if out.with_matrix {
+            (out.matrix[0], out.matrix[2], out.matrix[8], out.matrix[10]) = (entry, lower, -1.0, 1.0);
+        }
+    }
+}
+
+#[test]
+fn terms_that_break_their_promises_are_named() {
+    let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((0, Side::Min)).prescribe(
+        (0, Side::Max),
+        0,
+        0.2,
+    );
+    let run = |term: Broken| {
+        let mut problem = scene.discretize(&Scheme::default().particles([5, 4])).unwrap();
+        problem.add(term);
+        problem.run().and_then(|path| Ok(path.completed()?))
+    };
+    let sound = Broken { nodes: [6, 19], above: 0.0, force: 1.0, entry: 1.0, lower: -1.0 };
+    let displacement: Vec<f64> = (0..40).map(|k| 0.02 * (k as f64).sin()).collect();
+    assert!(run(sound).is_ok());
+    assert!(check::term(&sound, &displacement, 1.0).unwrap().holds());
+    let broken = [
+        (Broken { force: f64::NAN, ..sound }, "forces or load slopes are not finite"),
+        (Broken { entry: f64::NAN, ..sound }, "entries of the matrix are not finite"),
+        (Broken { lower: -0.5, ..sound }, "the matrix is not symmetric"),
+    ];
+    for (term, what) in broken {
+        let report = check::term(&term, &displacement, 1.0).unwrap();
+        assert!(report.violations().any(|finding| finding.at.contains(what)), "{report}");
+        // From the first state on, which is not run, and in later ones, which the run does not pass.
+        for above in [0.0, 0.15] {
+            let error = run(Broken { above, ..term }).unwrap_err().to_string();
+            assert!(error.contains("term 1 of the model, cluster 0") && error.contains(what), "{above}: {error}");
+        }
+    }
+    let beyond = Broken { nodes: [6, 20], ..sound };
+    let error = run(beyond).unwrap_err();
+    let expected = SolveError::MissingNode { term: 1, cluster: 0, node: 20, nodes: 20 };
+    assert!(matches!(&error, Error::Solve(found) if *found == expected), "{error}");
+    let error = check::term(&beyond, &displacement, 1.0).unwrap_err().to_string();
+    assert!(error.contains("cluster 0: Term::nodes() names node 20"), "{error}");
+}
+
 #[test]
 fn terms_of_another_dimension() {
     let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((0, Side::Min));

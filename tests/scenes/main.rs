@@ -7,6 +7,7 @@ mod conditions;
 mod control;
 mod diagnosis;
 mod edges;
+mod equilibrium;
 mod fields;
 mod manufactured;
 mod motions;

@@ -287,6 +287,33 @@ impl<const D: usize> Problem<D> {
         Ok(rows)
     }
 
+    /// How the conditions of a name, or at a place, change their values where the place moves rigidly: by a unit of translation along each
+    /// axis, then by a unit of rotation about a point in its current positions (in 3D about each axis, in the plane once). Each
+    /// change has one entry for each constraint equation of the problem, 0 for all others: it is a
+    /// [`Rhs::Prescribed`](crate::solve::Rhs::Prescribed), and less its product with multipliers is the force or moment of the place.
+    ///
+    /// # Errors
+    /// As [`moment`](Problem::moment).
+    pub fn rigid_changes(
+        &self,
+        state: &State,
+        place: impl Into<Place<D>>,
+        about: [f64; D],
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        let place = place.into();
+        self.moment(state, place.clone(), about)?;
+        let mut parts: Vec<_> = (0..D).map(|component| self.unit_motion(&place, component)).collect();
+        for axis in (0..3).filter(|&axis| self.turns() && (D == 3 || axis == 2)) {
+            parts.push(self.unit_turn(state, &place, about, axis, &mut vec![0.0; self.model.unknowns()])?);
+        }
+        let change = |parts: Vec<(usize, f64)>| {
+            let mut change = vec![0.0; self.equations.len()];
+            parts.into_iter().for_each(|(equation, value)| change[equation] += value);
+            change
+        };
+        Ok(parts.into_iter().map(change).collect())
+    }
+
     /// The rows of the conditions of a name or at a place, each with the sum of its entries in a component over the nodes of the
     /// condition: what a unit displacement of the place prescribes.
     pub(crate) fn unit_motion(&self, place: &Place<D>, component: usize) -> Vec<(usize, f64)> {

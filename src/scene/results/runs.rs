@@ -1,7 +1,7 @@
 //! Runs of a problem, whose states it judges.
 
 use crate::error::Error;
-use crate::solve::{EquilibriumPath, Observer, State};
+use crate::solve::{Equilibrium, EquilibriumPath, Observer, State};
 
 use super::verdict::Judging;
 use crate::scene::Problem;
@@ -29,6 +29,14 @@ impl<const D: usize> Problem<D> {
     /// The state at rest, from which [`run`](Problem::run) starts.
     pub fn at_rest(&self) -> State {
         State::at_rest(&self.model, &self.equations)
+    }
+
+    /// The equations of equilibrium, for a method of one's own in place of [`run`](Problem::run).
+    ///
+    /// # Errors
+    /// As [`Analysis::equilibrium`](crate::solve::Analysis::equilibrium).
+    pub fn equilibrium(&self) -> Result<Equilibrium<'_>, Error> {
+        self.analysis.equilibrium(&self.model, &self.equations)
     }
 
     /// Goes on from the last step of a path, with the same bits as if it had never been broken off.

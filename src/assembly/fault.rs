@@ -1,0 +1,70 @@
+//! Terms that break their promises, by name.
+
+#[cfg(feature = "solve")]
+use crate::term::Term;
+use crate::term::{Element, TermMatrix};
+
+#[cfg(feature = "solve")]
+use super::model_at::ModelAt;
+
+/// Entries of a matrix that was promised to be symmetric may differ by this part of the largest one, the root of a rounding: so much is
+/// left of a matrix that was differentiated numerically.
+const ALIKE: f64 = 1.5e-8;
+
+/// What is wrong with the contribution of a cluster of so many unknowns, whose matrix was filled node by node where there is one.
+pub(crate) fn fault(size: usize, matrix: TermMatrix, element: &Element) -> Option<&'static str> {
+    let finite = |all: &[f64]| all.iter().all(|x| x.is_finite());
+    let Element { residual, load_slope, matrix: entries, coupling, .. } = element;
+    let squares = [entries, coupling].iter().all(|entries| entries.is_empty() || entries.len() == size * size);
+    if residual.len() != size || load_slope.len() != size || !squares {
+        return Some(
+            "Term::linearize() changes the length of a buffer; keep the lengths in which they are handed over",
+        );
+    }
+    if !finite(residual) || !finite(load_slope) {
+        return Some("forces or load slopes are not finite");
+    }
+    if !finite(entries) || !finite(coupling) {
+        return Some("entries of the matrix are not finite");
+    }
+    if matrix.symmetric && is_unsymmetric(size, entries) {
+        return Some("the matrix is not symmetric; return `symmetric: false` from Term::matrix(), and fill all of it");
+    }
+    None
+}
+
+/// Whether a matrix differs from its transpose. What is zero above the diagonal may have been left out.
+fn is_unsymmetric(size: usize, matrix: &[f64]) -> bool {
+    let largest = matrix.iter().fold(0.0f64, |largest, entry| largest.max(entry.abs()));
+    for (column, entries) in matrix.chunks_exact(size.max(1)).enumerate() {
+        for (row, &above) in entries[..column].iter().enumerate() {
+            if above != 0.0 && (above - matrix[row * size + column]).abs() > ALIKE * largest {
+                return true;
+            }
+        }
+    }
+    false
+}
+
+#[cfg(feature = "solve")]
+impl ModelAt<'_> {
+    /// The first term that breaks a promise at this state, and how. Bodies are left out, whose material says no more, and so is contact.
+    pub(crate) fn fault(self) -> Option<String> {
+        let own = |(number, term): (usize, &dyn Term)| {
+            let (matrix, view) = (term.matrix(), self.at.of_term(number));
+            let mut element = Element::default();
+            (0..term.clusters()).find_map(|cluster| {
+                let size = term.nodes(cluster).len() * term.dim();
+                element.reset(size, matrix.exists);
+                term.linearize(cluster, view, &mut element);
+                let what = fault(size, matrix, &element)?;
+                Some(format!("term {number} of the model, cluster {cluster}: {what}"))
+            })
+        };
+        let dense = |(_, term): &(usize, &dyn Term)| {
+            let protocol = term.protocol();
+            !protocol.fills_lower_blocks() && protocol.points().is_none()
+        };
+        self.model.summed().filter(dense).find_map(own)
+    }
+}
