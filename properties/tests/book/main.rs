@@ -115,9 +115,9 @@ fn outputs_are_compared_number_by_number() {
 
 #[test]
 fn programs_go_on_in_the_next_block() {
-    let page = "```rust\nfn main() {\n```\nand\n```rust\n}\n```\n\n```text\n1\n```\n```text\n2\n```\n```rust\nfn f() {}\n```\n";
+    let page = "```rust\nfn main() {\n```\nand\n```rust\n}\n```\n\n```text\n1\n```\n```text\n2\n```\n```rust\nfn f() {}\n```\n```rust\nfn main() {}\n```\n";
     let found = pages::programs(page);
     assert_eq!(found.len(), 2);
     assert_eq!((found[0].code.as_str(), found[0].output.as_deref()), ("fn main() {\n}\n", Some("1\n")));
-    assert_eq!((found[1].code.as_str(), found[1].output.as_deref()), ("fn f() {}\n", None));
+    assert_eq!((found[1].code.as_str(), found[1].output.as_deref()), ("fn f() {}\nfn main() {}\n", None));
 }

@@ -10,7 +10,7 @@ pub struct Program {
     pub end: usize,
 }
 
-/// The programs of a page in their order. A block of Rust that leaves a brace open goes on in the next one; a block of
+/// The programs of a page in their order. A block of Rust without `main`, or with a brace left open, goes on in the next one; a block of
 /// `text` that follows a program, with nothing but empty lines between them, is what it prints.
 pub fn programs(page: &str) -> Vec<Program> {
     let lines: Vec<&str> = page.lines().collect();
@@ -29,7 +29,7 @@ pub fn programs(page: &str) -> Vec<Program> {
         at += length + 2;
         if kind == "rust" {
             code.push_str(&block);
-            if code.matches('{').count() == code.matches('}').count() {
+            if code.contains("fn main") && code.matches('{').count() == code.matches('}').count() {
                 found.push(Program { code: std::mem::take(&mut code), output: None, end: at });
             }
         } else if kind == "text" && code.is_empty() && behind_program {
