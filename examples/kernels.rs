@@ -55,7 +55,10 @@ fn modified_kernels(out: &FilePath) -> Result<(), Box<dyn Error>> {
             let weight = weights.iter().find(|w| w.0 == particle).map_or(0.0, |w| w.1);
             // (3.25) integrates to 1/2: twice the kernel estimates a constant inside the bar.
             plain.push([x[0], 2.0 * weight]);
-            modified.push([x[0], rk.modified_kernel(&x, particle as usize)?]);
+            // The modified kernel is the shape function.
+            let psi = rk.shape_functions(&x)?;
+            let own = psi.nodes.iter().zip(&psi.values).find(|own| *own.0 == particle);
+            modified.push([x[0], own.map_or(0.0, |own| *own.1)]);
         }
         let name = format!("particle {particle}");
         chart = chart.line(format!("{name}, modified"), &modified).dashed(format!("{name}, 2Φ"), &plain);

@@ -5,6 +5,7 @@ use crate::term::variables_range;
 
 use super::equilibrium::Equilibrium;
 use super::functional::{Deflection, Functional};
+use super::increment::Increment;
 use super::state::State;
 
 /// What is controlled in a run whose load factor is an unknown.
@@ -36,22 +37,13 @@ impl Functional for Arc {
 }
 
 impl Equilibrium<'_> {
-    /// A state `factor` times a tangent displacement ahead, its condensed unknowns recovered along.
-    pub(super) fn along(&self, state: &State, answer: &[f64], factor: f64) -> State {
+    /// A state `factor` times a tangent displacement ahead, as far as that is admissible, its condensed unknowns recovered along.
+    pub(super) fn along(&mut self, state: &State, answer: &[f64], factor: f64) -> State {
+        let displacement = answer.iter().map(|a| factor * a).collect();
+        let multipliers = vec![0.0; state.multipliers.len()];
+        let step = Increment { displacement, multipliers, load: factor, ..Increment::default() };
         let mut ahead = state.clone();
-        let step: Vec<f64> = answer.iter().map(|a| factor * a).collect();
-        let mut condensed: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
-        let here = self.model.at_own(state);
-        let part = here.advance_own(&step, &mut condensed);
-        here.advance_load(factor, &mut condensed);
-        for (d, s) in ahead.displacement.iter_mut().zip(&step) {
-            *d += part * s;
-        }
-        for (l, s) in ahead.condensed.iter_mut().flatten().zip(condensed.iter().flatten()) {
-            *l += part * s;
-        }
-        ahead.load += part * factor;
-        ahead
+        if self.apply(&step, 1.0, &mut ahead).is_ok() { ahead } else { state.clone() }
     }
 
     /// Extrapolates linearly from two states by `ratio` times the step from the first to the second, or as much of that as is admissible;

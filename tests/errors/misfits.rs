@@ -8,7 +8,6 @@ use rkpm::assembly::{Pattern, StateRef, System};
 use rkpm::cells::{BoundaryCells, Cells, Refined, Scatter, Smoothing, Triangulation, Voronoi, Zones};
 use rkpm::check;
 use rkpm::error::{ApproximationError, GeometryError, SolveError};
-use rkpm::paper::FullTransformation;
 use rkpm::prelude::*;
 use rkpm::term::{Element, View};
 
@@ -302,11 +301,9 @@ impl Approximation<2> for Beyond {
 
 #[test]
 fn nodes_that_are_not_there() {
-    let error = FullTransformation::new(&Beyond(functions())).unwrap_err();
-    assert!(matches!(error, Error::Approximation(ApproximationError::Particle { particle: 20, .. })), "{error}");
-    let full = FullTransformation::new(&functions()).unwrap();
-    assert!(full.transformed(&[3, 20], &[0.5, 0.5]).iter().all(|v| v.is_nan()));
-    assert!(full.transformed(&[3, 19], &[0.5, 0.5]).iter().all(|v| v.is_finite()));
+    let mut equations = Constraints::new();
+    let error = equations.at_particles(&Beyond(functions()), &[0], 0, &|_| 0.0, &Amplitude::Ramp, "u").unwrap_err();
+    assert!(error.to_string().contains("20") && equations.is_empty(), "{error}");
 }
 
 #[test]

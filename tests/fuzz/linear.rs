@@ -1,7 +1,6 @@
 use rkpm::assembly::Pattern;
 use rkpm::boundary::{ConstraintEquation, Enforcement};
 use rkpm::linear::{LinearSolver, LinearSystem, MatrixClass, nested_dissection};
-use rkpm::paper::FullTransformation;
 use rkpm::prelude::*;
 
 use super::harness::Input;
@@ -66,9 +65,6 @@ pub fn rows(input: &mut Input) {
     let pattern = Pattern::from_columns((0..size).map(|c| (c as u32..size as u32).collect()).collect());
     input.passed = MixedTransformation::default().bind(&pattern, &rows).is_ok();
     let _ = LagrangeMultipliers.bind(&pattern, &rows);
-    if let Ok(full) = FullTransformation::new(&kernel) {
-        let _ = full.bind(&pattern, &rows);
-    }
 }
 
 pub fn matrices(input: &mut Input) {

@@ -3,5 +3,7 @@
 // Each example brings its own support.
 #![allow(clippy::duplicate_mod)]
 
+mod estimate;
 mod examples;
 mod formulas;
+mod full_transformation;

@@ -73,7 +73,7 @@ fn enforcements_have_the_same_increments() -> Result<(), rkpm::Error> {
         let sides = [Rhs::Load, Rhs::Force(&force), Rhs::Prescribed(&values)];
         sides.into_iter().map(|side| Ok(equilibrium.solve(side)?)).collect()
     };
-    let eliminated = solved(Box::new(MixedTransformation::default()))?;
+    let eliminated = solved(Box::<MixedTransformation>::default())?;
     for (a, b) in eliminated.iter().zip(&solved(Box::new(LagrangeMultipliers))?) {
         for (a, b) in [(&a.displacement, &b.displacement), (&a.multipliers, &b.multipliers)] {
             let size = dot(a, a).sqrt();

@@ -1,13 +1,11 @@
 //! The paper's transformation of all particles (4.28)–(4.45).
 
-use nalgebra::DMatrix;
-
-use crate::assembly::{Pattern, System};
-use crate::boundary::{Constraints, Enforced, Enforcement, pattern_fits};
-use crate::error::{BoundaryError, Error, LinearError};
-use crate::linear::MatrixClass;
-use crate::shape::{Approximation, Scratch, ShapeFunctions};
-use crate::table::check_values;
+use rkpm::assembly::{Pattern, System};
+use rkpm::boundary::{Enforced, Enforcement};
+use rkpm::error::BoundaryError;
+use rkpm::linear::MatrixClass;
+use rkpm::nalgebra::DMatrix;
+use rkpm::prelude::*;
 
 /// The full transformation: all coefficients are exchanged for values at particles, $\hat d = A^T d$ with
 /// $A_{IJ} = \Psi_I(X_J)$ (4.31), so that $\hat\Psi_I(X_J) = \delta_{IJ}$ (4.33) and prescribed values are simply
@@ -15,7 +13,7 @@ use crate::table::check_values;
 ///
 /// $\Lambda^{-1}$ is dense, and so is $\hat K$: memory grows with the square and time with the cube of the
 /// number of unknowns. It spans the same space as
-/// [`MixedTransformation`](crate::boundary::MixedTransformation), which transforms the constrained particles alone.
+/// `MixedTransformation`, which transforms the constrained particles alone.
 /// Only rows at particles can be served.
 #[derive(Debug, Clone)]
 pub struct FullTransformation {
@@ -23,40 +21,19 @@ pub struct FullTransformation {
     inverse: DMatrix<f64>,
 }
 
-/// Particles beyond which $\Lambda$ is refused: 2000 need 32 MB for it and 130 MB for a plane $\hat K$.
-const PARTICLE_LIMIT: usize = 2000;
-
 impl FullTransformation {
     /// Inverts $\Lambda$ for the particles of an approximation.
-    ///
-    /// # Errors
-    /// For more than 2000 particles, where a shape function is not defined, and where $\Lambda$ is singular.
-    pub fn new<const D: usize>(approximation: &dyn Approximation<D>) -> Result<Self, Error> {
+    pub fn new<const D: usize>(approximation: &dyn Approximation<D>) -> Self {
         let n = approximation.nodes().len();
-        if n > PARTICLE_LIMIT {
-            return Err(LinearError::Size {
-                what: "particles of the dense transformation",
-                size: n,
-                limit: PARTICLE_LIMIT,
-                remedy: "take the mixed transformation, which spans the same space",
-            }
-            .into());
-        }
         let mut at_particles = DMatrix::zeros(n, n);
-        let mut scratch = Scratch::default();
-        let mut psi = ShapeFunctions::default();
+        let (mut scratch, mut psi) = (Scratch::default(), ShapeFunctions::default());
         for particle in 0..n {
-            approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
-            check_values(&psi, n, &approximation.nodes()[particle])?;
+            approximation.evaluate_at_node(particle, &mut scratch, &mut psi).unwrap();
             for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
                 at_particles[(particle, node as usize)] = value;
             }
         }
-        let inverse = at_particles
-            .lu()
-            .try_inverse()
-            .ok_or(LinearError::Pivot { pivot: 0, hint: "values at particles do not determine the coefficients" })?;
-        Ok(FullTransformation { inverse })
+        FullTransformation { inverse: at_particles.lu().try_inverse().expect("values that determine the coefficients") }
     }
 
     /// The transformed functions $\hat\Psi_K(X) = \sum_I A^{-1}_{KI}\Psi_I(X)$ (4.33) for given $\Psi_I(X)$,
@@ -85,7 +62,6 @@ struct Bound {
 
 impl Enforcement for FullTransformation {
     fn bind(&self, pattern: &Pattern, equations: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
-        pattern_fits(pattern, equations)?;
         let particles = self.inverse.nrows();
         let size = pattern.size();
         let unsuitable = |reason: String| BoundaryError::Unsuitable { enforcement: "full transformation", reason };
@@ -220,7 +196,6 @@ impl Enforced for Bound {
         let mut product = vec![0.0; size];
         self.full.multiply_add(&self.values, &jump, &mut product);
         full.skew_multiply_add(&jump, &mut product);
-        full.over_ranks(&mut product);
         for (p, f) in product.iter_mut().zip(force) {
             *p = f - *p;
         }
@@ -237,7 +212,6 @@ impl Enforced for Bound {
         let mut product = vec![0.0; residual.len()];
         self.full.multiply_add(&self.values, step, &mut product);
         full.skew_multiply_add(step, &mut product);
-        full.over_ranks(&mut product);
         residual.iter_mut().zip(&product).for_each(|(r, p)| *r += p);
     }
 
