@@ -1,4 +1,4 @@
-//! Newton's method with condensed unknowns, continuation, and the path of converged states.
+//! Equilibrium in the open, Newton's method on it, continuation, and the path of converged states.
 
 mod active_set;
 mod adjoint;
