@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
+use rkpm::material::Mode;
 use rkpm::prelude::*;
 use rkpm::scene::ContactState;
 
@@ -260,5 +261,39 @@ fn shaft_in_a_bush_of_radial_lines() {
         println!("interference {interference}: pressure {off:.2e}");
         // Second order adds about 1.5 times interference over radius.
         assert!(off.abs() < 1e-4 + 2.0 * interference / radii[1], "{off:e}");
+    }
+}
+
+/// Pressures are per current area, also in a sheet whose thickness grows: in a pile that is squeezed evenly between plates without friction
+/// they are the Cauchy stress.
+#[test]
+fn sheets_press_on_the_thickness_that_they_have() {
+    let (bulk, closed) = (20.0, 0.2);
+    let rubber = || Rubber::neo_hookean(0.5, bulk).unwrap();
+    let plate = RigidSurface::plane([0.0, 2.0], [0.0, -1.0]).moving([0.0, -2.0 * closed]).named("plate");
+    let (bottom, top) = ((1, Side::Min), (1, Side::Max));
+    let mut pile = Scene::assembly(PlaneStress { thickness: 3.0 })
+        .body("lower", Block::new([0.0, 0.0], [1.5, 1.0]), rubber())
+        .body("upper", Block::new([0.0, 1.0], [1.5, 2.0]), rubber())
+        .scheme_of("upper", |scheme| scheme.particles([7, 4]))
+        .prescribe(Place::on(bottom).of("lower"), 1, 0.0)
+        .contact_between(Place::on(top).of("lower"), Place::on(bottom).of("upper"), "joint")
+        .contact(Place::on(top).of("upper"), plate);
+    for body in ["lower", "upper"] {
+        pile = pile.prescribe(Place::on(Side::Min).of(body), 0, 0.0);
+    }
+    let problem = pile.discretize(&Scheme::default().particles([5, 3])).unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
+    let stress = Mode::Uniaxial.state(&rubber(), 1.0 - closed).unwrap();
+    let across = stress.stretches[2];
+    let pressure = -stress.stress / (across * across);
+    for name in ["joint", "plate"] {
+        let contact = problem.contact(path.last(), name).unwrap();
+        let area = 1.5 * 3.0 * across * across;
+        assert!((contact.force[1].abs() / (pressure * area) - 1.0).abs() < 1e-6, "{name}: {}", contact.force[1]);
+        for point in &contact.points {
+            assert!((point.pressure / pressure - 1.0).abs() < 1e-6, "{name}: {} for {pressure}", point.pressure);
+            assert!((point.traction.norm() / pressure - 1.0).abs() < 1e-6, "{name}: {}", point.traction);
+        }
     }
 }

@@ -1,10 +1,11 @@
 //! What a state tells of a contact.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
-use crate::contact::{ContactError, LocalContact, PairContact, Trace, chains};
+use crate::contact::{ContactError, ContactSurface, LocalContact, PairContact, Trace, chains};
 use crate::error::{Error, OutputError};
 use crate::geometry::{Point, padded};
+use crate::material::{Material, Past};
 use crate::output::Table;
 use crate::solve::{EquilibriumPath, State};
 use crate::term::View;
@@ -118,6 +119,7 @@ impl<const D: usize> Problem<D> {
             let particle = trace.particle as usize;
             let reference = self.model.point::<D>(particle);
             let moved = self.node_displacement(particle, state)?;
+            let sheet = self.sheet_of(particle);
             let (mut force, mut moment) = (Point::<D>::zeros(), Vector3::zeros());
             let mut behind = -placed.nearest(&*law.surface.shape, &(reference + moved)).gap;
             let local_contact = law.local_contact(k, &view, |p, part, nearest, _| {
@@ -125,7 +127,7 @@ impl<const D: usize> Problem<D> {
                 let x = law.contact_surface.table.positions()[point as usize]
                     + law.contact_surface.displacement(point, &state.displacement);
                 let stretch = law.contact_surface.outward(point, &state.displacement).norm();
-                area += weight * stretch;
+                area += weight * stretch * thickness(sheet, &law.contact_surface, point, &state.displacement);
                 behind = behind.max(-nearest.gap);
                 // Along the meridian, without the hoop's stretch.
                 let table = &law.contact_surface.table;
@@ -228,11 +230,12 @@ impl<const D: usize> Problem<D> {
             let (side, trace) = law.trace(all);
             let contact_surface = &law.contact_surfaces[side];
             let trace = &contact_surface.traces[trace];
+            let sheet = self.sheet_of(trace.particle as usize);
             let mut area = 0.0;
             let mut normal = Vector3::zeros();
             for &(point, weight) in &trace.points {
                 let outward = contact_surface.outward(point, &state.displacement);
-                area += weight * outward.norm();
+                area += weight * outward.norm() * thickness(sheet, contact_surface, point, &state.displacement);
                 normal += outward * weight;
             }
             let particle = trace.particle as usize;
@@ -270,12 +273,30 @@ impl<const D: usize> Problem<D> {
         Ok(found)
     }
 
+    /// The law of a sheet in plane stress that a particle belongs to.
+    fn sheet_of(&self, particle: usize) -> Option<&dyn Material> {
+        let own = self.discrete_bodies.iter().find(|body| body.nodes.contains(&particle))?;
+        own.is_sheet.then(|| &**own.body.material())
+    }
+
     fn contact_named(&self, name: &str) -> Result<&Contact<D>, ContactError> {
         self.contacts.iter().find(|contact| contact.name == name).ok_or_else(|| {
             let known: Vec<&str> = self.contacts.iter().map(|contact| contact.name.as_str()).collect();
             ContactError::Unknown { requested: name.to_string(), known: known.join("; ") }
         })
     }
+}
+
+/// The stretch across a sheet at a point of its edge, by the elastic law as for pressures that follow the edge; 1 for other bodies.
+fn thickness<const D: usize>(
+    sheet: Option<&dyn Material>,
+    surface: &ContactSurface<D>,
+    point: u32,
+    displacement: &[f64],
+) -> f64 {
+    let Some(law) = sheet else { return 1.0 };
+    let f = Matrix3::identity() + surface.table.displacement_gradient(point as usize, displacement);
+    law.settled(&f, Past { memory: &law.rest(), elapsed: 0.0 })[(2, 2)]
 }
 
 /// Puts points into their order along the boundary, and tells how much of it touches.
