@@ -45,8 +45,10 @@ pub struct RigidSurface<const D: usize> {
     pub(crate) start: Point<D>,
     pub(crate) friction: f64,
     pub(crate) interference: Option<Interference>,
-    /// Whether it was given a motion and then a force, or the reverse.
+    /// Whether it was given a motion and then a force, or the reverse; an angle and then a moment, or the reverse.
     driven_twice: bool,
+    /// An amplitude of a turn that is not given yet.
+    turn_to_come: Option<Amplitude>,
 }
 
 /// A rigid surface at one load factor, as a point sees it.
@@ -75,6 +77,7 @@ impl<const D: usize> RigidSurface<D> {
             friction: 0.0,
             interference: None,
             driven_twice: false,
+            turn_to_come: None,
         }
     }
 
@@ -147,6 +150,9 @@ impl<const D: usize> RigidSurface<D> {
         }
         if self.driven_twice {
             return Err(ContactError::DrivenTwice { contact }.into());
+        }
+        if self.turn_to_come.is_some() {
+            return Err(ContactError::Unturned { contact }.into());
         }
         if let Some(interference) = &self.interference {
             interference.validate(&contact)?;
@@ -330,14 +336,18 @@ impl<const D: usize> RigidSurface<D> {
     fn with_turning(mut self, about: Point<D>, axis: Vector3<f64>, amount: f64, free: bool) -> Self {
         let cross = axis.normalize().cross_matrix();
         let spin = SMatrix::from_fn(|i, j| cross[(i, j)]);
-        self.turning =
-            Some(Turning { about, spin, amount, amplitude: Amplitude::Ramp, free, start: 0.0, axis: axis.norm() });
+        self.driven_twice |= self.turning.as_ref().is_some_and(|turning| turning.free != free);
+        let amplitude = self.turn_to_come.take().unwrap_or(Amplitude::Ramp);
+        self.turning = Some(Turning { about, spin, amount, amplitude, free, start: 0.0, axis: axis.norm() });
         self
     }
 
-    /// Lets the turn follow an amplitude in place of the load factor.
+    /// Lets the turn by `turning`, or the moment of `driven`, follow an amplitude in place of the load factor; given before or after it.
     pub fn turning_along(mut self, amplitude: Amplitude) -> Self {
-        self.turning.iter_mut().for_each(|turning| turning.amplitude = amplitude.clone());
+        match &mut self.turning {
+            Some(turning) => turning.amplitude = amplitude,
+            None => self.turn_to_come = Some(amplitude),
+        }
         self
     }
 }

@@ -44,12 +44,21 @@ pub enum ContactError {
         /// The contact.
         contact: String,
     },
-    /// A rigid surface that is moved and pushed.
+    /// A rigid surface that is moved and pushed, or turned and driven.
     #[error(
         "{contact}: the rigid surface is given a motion and a force, of which only one can say where it is: take RigidSurface::moving or \
-         RigidSurface::pushed, or one after the other in stages"
+         RigidSurface::pushed (RigidSurface::turning or RigidSurface::driven), or one after the other in stages"
     )]
     DrivenTwice {
+        /// The contact.
+        contact: String,
+    },
+    /// A rigid surface with the amplitude of a turn that it was not given.
+    #[error(
+        "{contact}: RigidSurface::turning_along is the amplitude of a turn, and the rigid surface has none: give the angle by \
+         RigidSurface::turning or the moment by RigidSurface::driven"
+    )]
+    Unturned {
         /// The contact.
         contact: String,
     },

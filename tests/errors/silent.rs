@@ -152,3 +152,54 @@ fn messages_that_say_what_is_wrong() {
     let error = refusal(&block().pressure(nowhere, 0.1), &Scheme::default().particles([5, 3])).to_string();
     assert!(error.contains("[0.0, 1.0]") && error.contains("[2.0, 1.0]"), "{error}");
 }
+
+#[test]
+fn a_moment_out_of_the_plane_is_refused() {
+    let plate = |moment| {
+        Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e2).unwrap())
+            .hold((1, Side::Min))
+            .rigid("plate", (1, Side::Max))
+            .with(Load::moment("plate", moment))
+    };
+    let scheme = Scheme::default().particles([5, 3]);
+    assert!(plate([0.0, 0.0, 0.01]).discretize(&scheme).is_ok());
+    for moment in [[0.01, 0.0, 0.0], [0.0, 0.01, 0.02]] {
+        let error = refusal(&plate(moment), &scheme);
+        assert!(
+            matches!(&error, Error::Incompatible(Incompatible { what, .. }) if what.contains("moment") && what.contains("plate")),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn an_amplitude_that_nothing_follows_is_refused() {
+    let half = || Amplitude::table(vec![(0.0, 0.0), (1.0, 0.5)]).unwrap();
+    let block = || {
+        Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e2).unwrap())
+            .hold((1, Side::Min))
+    };
+    let (top, scheme) = ((1, Side::Max), Scheme::default().particles([5, 3]));
+    let springs = block().with(Load::elastic_foundation(top, 1.0).amplitude(half()));
+    assert!(matches!(refusal(&springs, &scheme), Error::Incompatible(_)));
+    let plate = || RigidSurface::plane([1.0, 1.0], [0.0, -1.0]).named("plate");
+    for (surface, unturned) in
+        [(plate().turning_along(half()), true), (plate().turning([1.0, 1.0], 0.1).driven([1.0, 1.0], 0.1), false)]
+    {
+        let error = refusal(&block().contact(top, surface), &scheme);
+        let Error::Contact(found) = &error else { panic!("{error}") };
+        assert_eq!(matches!(found, ContactError::Unturned { .. }), unturned, "{error}");
+        assert_eq!(matches!(found, ContactError::DrivenTwice { .. }), !unturned, "{error}");
+    }
+    // The order in which a turn and its amplitude are given says nothing.
+    let angle = |surface| {
+        let problem = block().contact(top, surface).discretize(&scheme).unwrap();
+        let path = problem.run().unwrap();
+        problem.contact(path.last(), "plate").unwrap().angle
+    };
+    let low = || plate().moving([0.0, -0.05]);
+    let turned =
+        [low().turning_along(half()).turning([1.0, 1.0], 0.02), low().turning([1.0, 1.0], 0.02).turning_along(half())]
+            .map(angle);
+    assert_eq!(turned, [0.01; 2]);
+}

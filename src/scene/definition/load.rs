@@ -68,7 +68,7 @@ impl<const D: usize> Load<D> {
         Load::new(place, LoadKind::Total(force))
     }
 
-    /// A moment \[force × length\] on a rigid body ([`Scene::rigid`](crate::scene::Scene::rigid)), in the plane its third component:
+    /// A moment \[force × length\] on a rigid body ([`Scene::rigid`](crate::scene::Scene::rigid)), in the plane its third component, others are refused:
     /// the work on a small further rotation $\delta\omega$ is $M\cdot\delta\omega$ wherever the body has turned to.
     pub fn moment(body: &str, moment: [f64; 3]) -> Self {
         Load::new(body, LoadKind::Moment(moment))
@@ -91,7 +91,7 @@ impl<const D: usize> Load<D> {
         Load::new(place, LoadKind::Integrand(Arc::new(NormalElasticFoundation { stiffness })))
     }
 
-    /// An integrand of one's own over the points of a part, the body, or at a point; its amplitude is its own affair.
+    /// An integrand of one's own over the points of a part, the body, or at a point; it sees the load factor itself, without an amplitude.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -123,7 +123,8 @@ impl<const D: usize> Load<D> {
         Load::new(place, LoadKind::Integrand(Arc::new(integrand)))
     }
 
-    /// Sets how the load follows the load factor; a ramp unless set. Motions get it in place of the load factor.
+    /// Sets how the load follows the load factor; a ramp unless set. Motions get it in place of the load factor; springs and integrands of
+    /// one's own, which have none, are refused with it.
     pub fn amplitude(mut self, amplitude: Amplitude) -> Self {
         self.amplitude = amplitude;
         self

@@ -7,7 +7,7 @@ use crate::material::Material;
 use crate::term::Amplitude;
 
 use super::condition::Direction;
-use super::load::LoadKind;
+use super::load::{Load, LoadKind};
 use super::place::Spot;
 use super::scene::Scene;
 use super::value::Value;
@@ -43,6 +43,7 @@ impl<const D: usize> Scene<D> {
         }
         for load in &self.loads {
             load.amplitude.validate(|| load.label())?;
+            followed(load)?;
             if let (LoadKind::Pressure(_), Spot::Body | Spot::Point(_)) = (&load.kind, &load.place.spot) {
                 let needed = "a part of the boundary, whose normal it has: put it there";
                 return Err(
@@ -67,6 +68,21 @@ impl<const D: usize> Scene<D> {
         contacts(self)?;
         crate::kinematics::hoop_components(&*self.kinematics)?;
         Ok(())
+    }
+}
+
+/// Refuses what a load of this kind would leave out: an amplitude of springs, a moment out of the plane.
+fn followed<const D: usize>(load: &Load<D>) -> Result<(), Incompatible> {
+    match load.kind {
+        LoadKind::Integrand(_) if load.amplitude != Amplitude::Ramp => {
+            let remedy = "springs act in full from the start and an integrand sees the load factor itself: leave Load::amplitude out";
+            Err(Incompatible::new("an amplitude", format!("the {}", load.label()), remedy))
+        }
+        LoadKind::Moment([x, y, _]) if D < 3 && [x, y] != [0.0; 2] => {
+            let remedy = "in the plane only the third component acts: give [0.0, 0.0, moment]";
+            Err(Incompatible::new(format!("the {} with components {x} and {y}", load.label()), "a planar body", remedy))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -14,9 +14,9 @@ pub(super) fn held<const D: usize>(mut scene: Scene<D>, time: f64) -> Scene<D> {
     };
     scene.conditions.iter_mut().for_each(|condition| hold(&mut condition.amplitude));
     for load in &mut scene.loads {
-        hold(&mut load.amplitude);
-        if let LoadKind::Integrand(integrand) = &load.kind {
-            load.kind = LoadKind::Integrand(Arc::new(AtFullLoad(integrand.clone())));
+        match &load.kind {
+            LoadKind::Integrand(integrand) => load.kind = LoadKind::Integrand(Arc::new(AtFullLoad(integrand.clone()))),
+            _ => hold(&mut load.amplitude),
         }
     }
     scene.contacts.iter_mut().for_each(|contact| contact.surface.stay());
