@@ -147,6 +147,43 @@ fn free_surfaces_carry_no_traction() {
 
 /// On a few cells stresses are coarse, not wrong: drawn blocks, bonded at both ends, sheared and pressed or pulled, with four cells over the
 /// height beside sixteen; a quadratic polynomial over all of a body meets equilibrium and free sides only where it leaves the data.
+/// A block pressed by a smooth plane or another block is homogeneous: its stress on the face in contact is that inside.
+#[test]
+fn faces_in_contact_carry_the_stress_that_presses_them() {
+    let rubber = || Rubber::neo_hookean(0.5, 100.0).unwrap();
+    let block = |kinematics| Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), kinematics, rubber());
+    let smooth = |scene: Scene<2>| scene.prescribe((1, Side::Min), 1, 0.0).prescribe(Side::Min, 0, 0.0);
+    let plane = |x: f64| RigidSurface::plane([x, 0.0], [-1.0, 0.0]);
+    let open = RigidSurface::plane([0.0, 2.0], [0.0, -1.0]).named("open");
+    let of = |side: Side, body: &str| Place::on(side).of(body);
+    let second = Scene::assembly(PlaneStrain)
+        .body("block", Block::new([0.0, 0.0], [2.0, 1.0]), rubber())
+        .body("other", Block::new([2.0, 0.0], [4.0, 1.0]), rubber())
+        .prescribe(Place::on((1, Side::Min)).of("block"), 1, 0.0)
+        .prescribe(Place::on((1, Side::Min)).of("other"), 1, 0.0)
+        .prescribe(of(Side::Min, "block"), 0, 0.0)
+        .prescribe(of(Side::Max, "other"), 0, -0.2)
+        .contact_between(of(Side::Max, "block"), of(Side::Min, "other"), "joint");
+    let scenes = [
+        smooth(block(PlaneStrain)).contact(Side::Max, plane(1.9).interference(1.0)),
+        smooth(block(PlaneStrain)).contact(Side::Max, plane(2.0).moving([-0.1, 0.0])).contact((1, Side::Max), open),
+        second,
+    ];
+    for (number, scene) in scenes.iter().enumerate() {
+        let problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        let at = |x: [f64; 2]| problem.stress(path.last(), &x.into()).unwrap();
+        let inside = at([1.0, 0.5]);
+        assert!(inside[(0, 0)] < -0.15, "{inside}");
+        // The face in contact, and the free ones beside it, which keep their equilibrium.
+        for y in [0.0, 0.3, 0.5, 1.0] {
+            println!("{number}: {y}: {:.5} for {:.5}", at([2.0, y])[(0, 0)], inside[(0, 0)]);
+            assert_abs_diff_eq!(at([2.0, y])[(0, 0)], inside[(0, 0)], epsilon = 1e-3);
+        }
+        assert_abs_diff_eq!(at([1.0, 1.0])[(1, 1)], 0.0, epsilon = 1e-4);
+    }
+}
+
 #[test]
 fn coarse_models_tell_the_stress_too() {
     let mut random = fastrand::Rng::with_seed(77);

@@ -9,11 +9,20 @@ use crate::geometry::{Point, padded};
 use crate::quadrature::Points;
 use crate::solve::State;
 use crate::tensor::cofactor;
-use crate::term::View;
+use crate::term::{Term, View};
 
 use crate::neighbours::BoxTree;
 
 use super::{Facet, Moved, Recovery};
+
+/// The nodes that a term may exert forces on; a contact that is open exerts none.
+fn acting<'a>(term: &'a dyn Term, condensed: &'a [f64]) -> impl Iterator<Item = u32> + 'a {
+    let exerts = move |cluster: &usize| {
+        let own = term.condensed().and_then(|unknowns| condensed.get(unknowns.unknowns(*cluster)));
+        term.unilateral().is_none() || own.is_none_or(|own| own.iter().any(|value| *value != 0.0))
+    };
+    (0..term.clusters()).filter(exerts).flat_map(|cluster| term.nodes(cluster).iter().copied())
+}
 
 impl<const D: usize> Recovery<'_, D> {
     /// Collects the loads, and the facets with what is known of their tractions.
@@ -46,8 +55,8 @@ impl<const D: usize> Recovery<'_, D> {
         {
             let sums = problem.model().sums(number);
             let view = View { displacement: &state.displacement, condensed, load: state.load };
-            let nodes = || (0..term.clusters()).flat_map(|cluster| term.nodes(cluster));
-            let mut acts = [f64::from(u8::from(nodes().any(|&node| self.own(node as usize).is_some())))];
+            let nodes = || acting(&**term, condensed);
+            let mut acts = [f64::from(u8::from(nodes().any(|node| self.own(node as usize).is_some())))];
             self.total(&mut acts);
             if acts[0] == 0.0 {
                 continue;
@@ -82,7 +91,7 @@ impl<const D: usize> Recovery<'_, D> {
             let [unknown, weight, surface] = given;
             let whole = surface > 0.0 || (weight / volume[0] - 1.0).abs() < 1e-3;
             if unknown > 0.0 || !whole {
-                nodes().filter_map(|&node| self.own(node as usize)).for_each(|node| obscure[node] = 1.0);
+                nodes().filter_map(|node| self.own(node as usize)).for_each(|node| obscure[node] = 1.0);
             }
         }
         self.total(&mut obscure);
@@ -138,7 +147,8 @@ impl<const D: usize> Recovery<'_, D> {
                     .map(|(n, _)| *n as usize)
                     .collect(),
             };
-            if owners.iter().any(|&node| tied[node]) {
+            // What acts within contacts, and other terms that do not tell their densities, is not known.
+            if owners.iter().any(|&node| tied[node]) || owners.iter().all(|&node| self.obscure[node]) {
                 continue;
             }
             let known = std::array::from_fn(|i| i < D && !owners.iter().all(|&node| held[node * D + i]));
