@@ -36,7 +36,7 @@ pub enum GeometryError {
     Solid(#[from] SolidError),
     /// A cell of the background partition is inverted.
     #[error(
-        "cell {cell} is inverted or flat, its volume (area, length) is {measure:e}: reduce the jitter or the distortion of the map, or take other cells (in the plane cells::Voronoi)"
+        "cell {cell} is inverted or flat, its volume (area, length) is {measure:e}: reduce the jitter or the distortion of the map, swap two axes of a map that mirrors, or take other cells (in the plane cells::Voronoi)"
     )]
     InvertedCell {
         /// Index of the cell.

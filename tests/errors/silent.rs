@@ -153,6 +153,21 @@ fn messages_that_say_what_is_wrong() {
     assert!(error.contains("[0.0, 1.0]") && error.contains("[2.0, 1.0]"), "{error}");
 }
 
+/// Radial forces on a ring that is rigid balance each other.
+#[test]
+fn a_radial_force_on_an_axisymmetric_rigid_body_is_refused() {
+    let plate = |force| {
+        Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), Axisymmetric, Rubber::neo_hookean(0.5, 100.0).unwrap())
+            .hold((1, Side::Min))
+            .rigid("plate", (1, Side::Max))
+            .with(Load::force("plate", force))
+    };
+    let scheme = Scheme::default().particles([5, 5]);
+    assert!(plate([0.0, -0.1]).discretize(&scheme).is_ok());
+    let error = refusal(&plate([0.5, 0.0]), &scheme);
+    assert!(matches!(&error, Error::Incompatible(Incompatible { what, .. }) if what == "a radial force"), "{error}");
+}
+
 #[test]
 fn a_moment_out_of_the_plane_is_refused() {
     let plate = |moment| {

@@ -31,6 +31,10 @@ impl<const D: usize> Frame<D> {
     ) -> Result<(), Error> {
         let total = model.node_count();
         match &load.kind {
+            LoadKind::Total(force) if revolved && force[0] != 0.0 => {
+                let remedy = "radial forces on it balance each other: take a force along the axis alone";
+                return Err(Incompatible::new("a radial force", "an axisymmetric rigid body", remedy).into());
+            }
             LoadKind::Total(force) => {
                 let at = point.unwrap_or(self.centre);
                 let (values, first) = (self.values(&at), self.first as u32);
