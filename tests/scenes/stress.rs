@@ -184,6 +184,27 @@ fn faces_in_contact_carry_the_stress_that_presses_them() {
     }
 }
 
+/// A sheet that expands freely by a fifth and is pressed at its end by a pressure that follows: the stress inside and at the end is that
+/// pressure, and its thickness is that of the expanded sheet.
+#[test]
+fn sheets_that_expand_carry_the_pressure_on_their_edges() {
+    for stretch in [1.0, 1.2, 0.9] {
+        let sheet = Scene::new(
+            Block::new([0.0, 0.0], [2.0, 1.0]),
+            PlaneStress { thickness: 2.0 },
+            Rubber::neo_hookean(0.5, 100.0).unwrap(),
+        );
+        let sheet = sheet.prescribe(Side::Min, 0, 0.0).prescribe((1, Side::Min), 1, 0.0).pressure(Side::Max, 0.3);
+        let problem = sheet.with_expansion(stretch).discretize(&Scheme::default().particles([9, 5])).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        for x in [[1.0, 0.5], [2.0, 0.5], [0.0, 0.3]] {
+            let stress = problem.stress(path.last(), &x.into()).unwrap();
+            assert_abs_diff_eq!(stress[(0, 0)], -0.3, epsilon = 1e-4);
+            assert_abs_diff_eq!(stress[(1, 1)], 0.0, epsilon = 1e-4);
+        }
+    }
+}
+
 #[test]
 fn coarse_models_tell_the_stress_too() {
     let mut random = fastrand::Rng::with_seed(77);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::SolveError;
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::material::{Material, Past};
 use crate::term::{Amplitude, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity};
 
@@ -312,22 +312,39 @@ impl Integrand for AtFullLoad {
     }
 }
 
-/// A load on the edge of a sheet whose thickness is free: its area is that of the sheet as the law has it at the edge.
-pub(crate) struct OnSheet<I> {
-    pub load: I,
+/// A body in plane stress.
+#[derive(Clone)]
+pub(crate) struct Sheet<const D: usize> {
     /// With the free thickness.
     pub law: Arc<dyn Material>,
+    /// The stretch of its free expansion, where it has one.
+    pub expansion: Option<Value<D>>,
 }
 
-impl<I: Integrand> Integrand for OnSheet<I> {
+impl<const D: usize> Sheet<D> {
+    /// The stretch across it at a place, as the elastic law has it.
+    pub(crate) fn thickness(&self, f: &Matrix3<f64>, x: &Point<D>) -> f64 {
+        let free = self.expansion.as_ref().map_or(1.0, |stretch| stretch.at(x, 1.0));
+        let rest = self.law.rest();
+        free * self.law.settled(&(f / free), Past { memory: &rest, elapsed: 0.0 })[(2, 2)]
+    }
+}
+
+/// A load on the edge of a sheet: its area is that of the sheet as the law has it at the edge.
+pub(crate) struct OnSheet<I, const D: usize> {
+    pub load: I,
+    pub sheet: Sheet<D>,
+}
+
+impl<I: Integrand, const D: usize> Integrand for OnSheet<I, D> {
     fn sparsity(&self) -> Sparsity {
         self.load.sparsity()
     }
 
     fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
         const ACROSS: usize = 8;
-        let rest = self.law.rest();
-        let thick = |f: &Matrix3<f64>| self.law.settled(f, Past { memory: &rest, elapsed: 0.0 })[(2, 2)];
+        let x: Point<D> = padded(&at.position);
+        let thick = |f: &Matrix3<f64>| self.sheet.thickness(f, &x);
         let mut settled = at.deformation;
         settled[(2, 2)] = thick(&at.deformation);
         self.load.evaluate(&PointState { deformation: settled, ..*at }, flux);

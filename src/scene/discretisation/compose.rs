@@ -66,7 +66,7 @@ impl<const D: usize> Problem<D> {
         model.add_shared(body.clone());
         let each = if D == 1 { 1 } else { 2 };
         let discrete_body = DiscreteBody {
-            is_sheet: false,
+            sheet: None,
             name: FIRST.into(),
             nodes: 0..needed,
             body,

@@ -12,6 +12,7 @@ use crate::error::{ApproximationError, Error, SolveError};
 use crate::geometry::Point;
 use crate::material::Material;
 use crate::parallel::map_with;
+use crate::scene::definition::load::Sheet;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::solve::State;
 use crate::term::{Body, View};
@@ -29,8 +30,8 @@ pub struct DiscreteBody<const D: usize> {
     pub(crate) cells: Arc<dyn Cells<D>>,
     /// Its shape functions; nodes are counted within the body.
     pub(crate) approximation: Box<dyn Approximation<D>>,
-    /// Whether it is a sheet in plane stress.
-    pub(crate) is_sheet: bool,
+    /// What it is in plane stress.
+    pub(crate) sheet: Option<Sheet<D>>,
     /// How its surface is integrated.
     pub(crate) facets: Option<super::facet_rule::Facets>,
     /// Largest half-widths of the supports; spacings of finite elements.

@@ -29,7 +29,7 @@ use super::particles::particles;
 use super::problem::{LoadTerms, Problem};
 use super::rigid;
 use super::sharing::Sharing;
-use crate::scene::definition::load::{Load, LoadKind, OnSheet, Varying, dead};
+use crate::scene::definition::load::{Load, LoadKind, OnSheet, Sheet, Varying, dead};
 use crate::scene::definition::place::{Place, Spot};
 use crate::scene::definition::scene::Scene;
 use crate::scene::definition::scheme::Scheme;
@@ -127,14 +127,13 @@ pub(crate) fn discretize<const D: usize>(
     finish(scene, scheme, &all, built, &sharing)
 }
 
-/// Adds a load over a table of its place, `measure` being that of the place on all bodies, `sheet` the law of a body whose thickness
-/// is free.
+/// Adds a load over a table of its place, `measure` being that of the place on all bodies.
 fn add_load<const D: usize>(
     model: &mut Model,
     load: &Load<D>,
     table: ShapeTable<D>,
     measure: f64,
-    sheet: Option<Arc<dyn Material>>,
+    sheet: Option<Sheet<D>>,
 ) {
     let amplitude = load.amplitude.clone();
     let varying = |value: &Value<D>| Varying { value: value.clone(), amplitude: amplitude.clone() };
@@ -146,8 +145,8 @@ fn add_load<const D: usize>(
             model.add(Pointwise::new(table, FollowerPressure { pressure: *pressure, amplitude }))
         }
         (LoadKind::Pressure(value), None) => model.add(Pointwise::new(table, varying(value))),
-        (LoadKind::Pressure(value), Some(law)) => {
-            model.add(Pointwise::new(table, OnSheet { load: varying(value), law }))
+        (LoadKind::Pressure(value), Some(sheet)) => {
+            model.add(Pointwise::new(table, OnSheet { load: varying(value), sheet }))
         }
         (LoadKind::Integrand(integrand), _) => model.add(Pointwise::shared(table, integrand.clone())),
         // Refused with its table.
@@ -171,7 +170,7 @@ fn add_loads<const D: usize>(
     for (number, table) in tables {
         let node = table.clusters().nodes(0).first().map_or(0, |node| *node as usize);
         let own = discrete_bodies.iter().find(|body: &&DiscreteBody<D>| body.nodes.contains(&node));
-        let sheet = own.filter(|_| scene.kinematics.is_plane_stress()).map(|body| body.body.material().clone());
+        let sheet = own.and_then(|body| body.sheet.clone());
         let (load, term) = (&scene.loads[number], model.terms().len());
         add_load(model, load, table, measures[number], sheet);
         match loads.last_mut().filter(|(last, _)| *last == number) {

@@ -19,7 +19,7 @@ use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
 use super::sharing::Sharing;
 use super::unmeasured::Unmeasured;
-use crate::scene::definition::load::LoadKind;
+use crate::scene::definition::load::{LoadKind, Sheet};
 use crate::scene::definition::place::{Place, Spot};
 use crate::scene::definition::scene::Scene;
 use crate::scene::definition::scheme::Scheme;
@@ -90,8 +90,10 @@ impl<const D: usize> BodyInput<'_, D> {
     ) -> DiscreteBody<D> {
         let nodes = self.first..self.first + self.cells.positions().len();
         let (name, cells, body) = (self.body.name.clone(), self.cells.clone(), Arc::new(body));
-        let (facets, is_sheet) = (Some(facets), self.scene.kinematics.is_plane_stress());
-        DiscreteBody { name, nodes, body, cells, approximation, is_sheet, facets, dilations, raised }
+        let (facets, expansion) = (Some(facets), self.scene.expansion.clone());
+        let is_sheet = self.scene.kinematics.is_plane_stress();
+        let sheet = is_sheet.then(|| Sheet { law: body.material().clone(), expansion });
+        DiscreteBody { name, nodes, body, cells, approximation, sheet, facets, dilations, raised }
     }
 }
 

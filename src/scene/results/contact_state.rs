@@ -5,13 +5,13 @@ use nalgebra::{Matrix3, Vector3};
 use crate::contact::{ContactError, ContactSurface, LocalContact, PairContact, Trace, chains};
 use crate::error::{Error, OutputError};
 use crate::geometry::{Point, padded};
-use crate::material::{Material, Past};
 use crate::output::Table;
 use crate::solve::{EquilibriumPath, State};
 use crate::term::View;
 
 use crate::scene::Problem;
 use crate::scene::definition::contact_definition::{Contact, Law};
+use crate::scene::definition::load::Sheet;
 
 /// One boundary particle in contact or beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -273,10 +273,9 @@ impl<const D: usize> Problem<D> {
         Ok(found)
     }
 
-    /// The law of a sheet in plane stress that a particle belongs to.
-    fn sheet_of(&self, particle: usize) -> Option<&dyn Material> {
-        let own = self.discrete_bodies.iter().find(|body| body.nodes.contains(&particle))?;
-        own.is_sheet.then(|| &**own.body.material())
+    /// The sheet in plane stress that a particle belongs to.
+    fn sheet_of(&self, particle: usize) -> Option<&Sheet<D>> {
+        self.discrete_bodies.iter().find(|body| body.nodes.contains(&particle))?.sheet.as_ref()
     }
 
     fn contact_named(&self, name: &str) -> Result<&Contact<D>, ContactError> {
@@ -287,16 +286,15 @@ impl<const D: usize> Problem<D> {
     }
 }
 
-/// The stretch across a sheet at a point of its edge, by the elastic law as for pressures that follow the edge; 1 for other bodies.
+/// The stretch across a sheet at a point of its edge; 1 for other bodies.
 fn thickness<const D: usize>(
-    sheet: Option<&dyn Material>,
+    sheet: Option<&Sheet<D>>,
     surface: &ContactSurface<D>,
     point: u32,
     displacement: &[f64],
 ) -> f64 {
-    let Some(law) = sheet else { return 1.0 };
-    let f = Matrix3::identity() + surface.table.displacement_gradient(point as usize, displacement);
-    law.settled(&f, Past { memory: &law.rest(), elapsed: 0.0 })[(2, 2)]
+    let f = || Matrix3::identity() + surface.table.displacement_gradient(point as usize, displacement);
+    sheet.map_or(1.0, |sheet| sheet.thickness(&f(), &surface.table.positions()[point as usize]))
 }
 
 /// Puts points into their order along the boundary, and tells how much of it touches.

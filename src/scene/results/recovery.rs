@@ -396,8 +396,10 @@ impl<'a, const D: usize> Recovery<'a, D> {
         let mut jacobians: Vec<f64> = gradients.iter().map(Matrix3::determinant).collect();
         let mut stresses = body.stresses(number, state);
         let mut thickness = Vec::new();
-        if body.is_sheet {
-            let across: Vec<Matrix3<f64>> = gradients.iter().map(|f| Matrix3::repeat(f[(2, 2)])).collect();
+        if body.sheet.is_some() {
+            // The elastic part times the free one.
+            let across = |(point, f): (usize, &Matrix3<f64>)| Matrix3::repeat(f[(2, 2)] / table.at_rest(point)[(2, 2)]);
+            let across: Vec<Matrix3<f64>> = gradients.iter().enumerate().map(across).collect();
             stresses.iter_mut().zip(&across).for_each(|(stress, stretch)| *stress *= stretch[(0, 0)]);
             jacobians.iter_mut().zip(&across).for_each(|(j, stretch)| *j /= stretch[(0, 0)]);
             thickness = body.at_particles(&across, problem.model().ranks()).iter().map(|mean| mean[(0, 0)]).collect();

@@ -46,7 +46,7 @@ pub(super) fn beyond_limit<const D: usize>(
     for point in points.iter().filter(is_free) {
         let body = &problem.discrete_bodies()[point.body];
         let material = body.body().material();
-        if body.is_sheet || material.volumetric().is_none() {
+        if body.sheet.is_some() || material.volumetric().is_none() {
             continue;
         }
         let Some(stability) = least(point, |along, across| surface_stability(&**material, along, across)) else {
