@@ -48,7 +48,7 @@ fn is_unsymmetric(size: usize, matrix: &[f64]) -> bool {
 
 #[cfg(feature = "solve")]
 impl ModelAt<'_> {
-    /// The first term that breaks a promise at this state, and how. Bodies are left out, whose material says no more, and so is contact.
+    /// The first term that breaks a promise at this state, and how. Bodies and contacts of this crate are left out.
     pub(crate) fn fault(self) -> Option<String> {
         let own = |(number, term): (usize, &dyn Term)| {
             let (matrix, view) = (term.matrix(), self.at.of_term(number));

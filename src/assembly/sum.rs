@@ -112,7 +112,7 @@ impl Sum<'_> {
                     keeps.then(|| Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
             }
             term.linearize(cluster, self.at, element);
-            // No scale, no convergence: who asks why is told.
+            // A scale that is NaN refuses the state; `ModelAt::fault` then names the term.
             if !lower && motion.is_none() && fault(nodes.len() * dim, matrix, element).is_some() {
                 gathered.scale = f64::NAN;
                 continue;

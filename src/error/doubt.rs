@@ -59,7 +59,7 @@ pub enum DoubtCause {
         /// Whether the surface is moved into particles whose displacement is prescribed.
         fixed: bool,
     },
-    /// The boundary particles feel too little of a rigid surface: its tip lies between them, or they touch it here and there.
+    /// The boundary particles do not resolve a contact: the tip of the rigid surface lies between them, or it touches few of them.
     Overlap {
         /// The contact.
         contact: String,
@@ -169,8 +169,8 @@ impl fmt::Display for DoubtCause {
             ),
             DoubtCause::Overlap { contact, share, limit } => write!(
                 f,
-                "{contact} touches too few boundary particles: to press it out where they overlap would take {:.1} % of the elastic energy \
-                 (at most {:.1} %), and energy and force of the contact may be too small by {:.0} % or more; take more particles there",
+                "{contact} touches too few boundary particles: to press it out where they overlap would take an energy, {:.1} % of its sum with \
+                 the elastic energy (at most {:.1} %), and energy and force of the contact may be too small by {:.0} % or more; take more particles there",
                 100.0 * share,
                 100.0 * limit,
                 100.0 * share.sqrt()

@@ -18,69 +18,34 @@ use super::share::LARGEST_SHARE;
 /// distance from a particle to the middle between two, so that what lies deeper has passed between them.
 const DEEPEST: f64 = 0.5;
 
-/// Doubts about contacts in which points of the boundary lie behind the rigid surface by more than their particles resolve.
-pub(super) fn too_deep<const D: usize>(problem: &Problem<D>, state: &State) -> Vec<Doubt> {
-    let mut doubts = Vec::new();
-    for contact in &problem.contacts {
-        let Some((law, view)) = resting(contact, state) else { continue };
-        if let Some((depth, limit, at)) = deepest(law, &view) {
-            let fixed = fixed_inside(problem).iter().any(|inside| inside.surface == contact.name);
-            let cause = DoubtCause::Depth { contact: contact.name.clone(), depth, limit, fixed };
-            doubts.push(Doubt { cause, load: state.load, at: at.as_slice().to_vec() });
-        }
-    }
-    doubts
-}
-
-/// Doubts about contacts that the trace functions feel too little of: the tip of a tool between particles is in the mean of no gap.
-///
-/// To press out a wave of the surface with the amplitude $a$ and half the wave length $w$ takes an energy of $\tfrac{\pi}{4w}\mu a^2$ per
-/// area. Over the trace functions, with the area of each that lies behind the surface, the depth of its deepest point and its width, that is
-/// the energy that the state lacks, but for the depth $pw/(4\pi\mu)$ that a pressure $p$ gives to waves no longer than the width.
-pub(super) fn unfelt<const D: usize>(problem: &Problem<D>, state: &State) -> Vec<Doubt> {
+/// Doubts about contacts in which points of the boundary lie behind the rigid surface by more than their particles resolve, or which the
+/// trace functions do not resolve: the tip of a tool between particles is in the mean of no gap.
+pub(super) fn unresolved<const D: usize>(problem: &Problem<D>, state: &State) -> Vec<Doubt> {
     let mut doubts = Vec::new();
     if problem.contacts.is_empty() {
         return doubts;
     }
     let Ok(energy) = problem.energy(state) else { return doubts };
     for contact in &problem.contacts {
-        let Some((law, view)) = resting(contact, state) else { continue };
-        let (mut lacking, mut largest, mut at) = (0.0, 0.0, Point::<D>::zeros());
-        for (k, trace) in law.contact_surface.traces.iter().enumerate() {
-            let (mut area, mut depth, mut deepest) = (0.0, 0.0, Point::<D>::zeros());
-            law.local_contact(k, &view, |p, _, nearest, _| {
-                let (point, weight) = trace.points[p];
-                if nearest.gap < 0.0 {
-                    area += weight;
-                }
-                if -nearest.gap > depth {
-                    depth = -nearest.gap;
-                    deepest = law.contact_surface.table.positions()[point as usize];
-                }
-            });
-            // Half the digits are what convergence leaves.
-            if depth < f64::EPSILON.sqrt() * trace.width {
-                continue;
-            }
-            let pressure = law.pressure(k, view.condensed).0.max(0.0);
-            let unexplained = (depth - pressure * trace.width / (4.0 * PI * law.stiffness.decisive)).max(0.0);
-            let own = 0.25 * PI * law.stiffness.decisive * unexplained * unexplained * area / trace.width;
-            lacking += own;
-            if own > largest {
-                (largest, at) = (own, deepest);
-            }
+        let Some((law, view)) = judged(contact, state) else { continue };
+        let Depths { deepest, lacking, at } = depths(law, &view);
+        let mut doubt = |cause: DoubtCause, at: &Point<D>| {
+            doubts.push(Doubt { cause, load: state.load, at: at.as_slice().to_vec() });
+        };
+        if let Some((depth, limit, at)) = deepest {
+            let fixed = fixed_inside(problem).iter().any(|inside| inside.surface == contact.name);
+            doubt(DoubtCause::Depth { contact: contact.name.clone(), depth, limit, fixed }, &at);
         }
         let share = lacking / (lacking + energy.max(0.0));
         if share > LARGEST_SHARE {
-            let cause = DoubtCause::Overlap { contact: contact.name.clone(), share, limit: LARGEST_SHARE };
-            doubts.push(Doubt { cause, load: state.load, at: at.as_slice().to_vec() });
+            doubt(DoubtCause::Overlap { contact: contact.name.clone(), share, limit: LARGEST_SHARE }, &at);
         }
     }
     doubts
 }
 
-/// A contact with a rigid surface and what it sees of a state, but for bodies that begin inside the surface and leave it by and by.
-fn resting<'a, const D: usize>(contact: &'a Contact<D>, state: &'a State) -> Option<(&'a RigidContact<D>, View<'a>)> {
+/// A contact with a rigid surface and its part of a state; none while the overlap of an interference is not resolved yet.
+fn judged<'a, const D: usize>(contact: &'a Contact<D>, state: &'a State) -> Option<(&'a RigidContact<D>, View<'a>)> {
     let Law::Rigid(law) = &contact.law else { return None };
     let begins_inside = law.surface.interference.is_some_and(|fit| !fit.resolved && state.load < fit.until);
     let condensed = state.condensed.get(contact.term).filter(|_| !begins_inside)?;
@@ -150,19 +115,52 @@ pub(crate) fn fixed_inside<const D: usize>(problem: &Problem<D>) -> Vec<FixedIns
     found
 }
 
-/// Depth, largest one and undeformed position of the point that lies deepest compared with the width of its trace function.
-fn deepest<const D: usize>(law: &RigidContact<D>, view: &View<'_>) -> Option<(f64, f64, Point<D>)> {
-    let mut worst = 1.0;
-    let mut found = None;
+/// What lies behind a rigid surface.
+struct Depths<const D: usize> {
+    /// Depth, largest allowed one and undeformed position of the point that exceeds its limit most.
+    deepest: Option<(f64, f64, Point<D>)>,
+    /// The energy that the state lacks, and where most of it.
+    lacking: f64,
+    at: Point<D>,
+}
+
+/// Depths of the points under all trace functions.
+///
+/// To press out a wave of the surface with the amplitude $a$ and half the wave length $w$ takes an energy of $\tfrac{\pi}{4w}\mu a^2$ per
+/// area. Over the trace functions, with the area of each that lies behind the surface, the depth of its deepest point and its width, that is
+/// the energy that the state lacks, but for the depth $pw/(4\pi\mu)$ that a pressure $p$ gives to waves no longer than the width.
+fn depths<const D: usize>(law: &RigidContact<D>, view: &View<'_>) -> Depths<D> {
+    let mut found = Depths { deepest: None, lacking: 0.0, at: Point::zeros() };
+    let (mut worst, mut largest) = (1.0, 0.0);
     for (k, trace) in law.contact_surface.traces.iter().enumerate() {
-        let limit = DEEPEST * trace.width;
+        let (mut area, mut depth, mut deepest) = (0.0, 0.0, Point::<D>::zeros());
         law.local_contact(k, view, |p, _, nearest, _| {
-            if -nearest.gap > worst * limit {
-                worst = -nearest.gap / limit;
-                let point = trace.points[p].0 as usize;
-                found = Some((-nearest.gap, limit, law.contact_surface.table.positions()[point]));
+            let (point, weight) = trace.points[p];
+            if nearest.gap < 0.0 {
+                area += weight;
+            }
+            if -nearest.gap > depth {
+                depth = -nearest.gap;
+                deepest = law.contact_surface.table.positions()[point as usize];
             }
         });
+        let limit = DEEPEST * trace.width;
+        if depth > worst * limit {
+            worst = depth / limit;
+            found.deepest = Some((depth, limit, deepest));
+        }
+        // What is less is left by convergence.
+        if depth < f64::EPSILON.sqrt() * trace.width {
+            continue;
+        }
+        let shear = law.stiffness.decisive;
+        let pressure = law.pressure(k, view.condensed).0.max(0.0);
+        let unexplained = (depth - pressure * trace.width / (4.0 * PI * shear)).max(0.0);
+        let own = 0.25 * PI * shear * unexplained * unexplained * area / trace.width;
+        found.lacking += own;
+        if own > largest {
+            (largest, found.at) = (own, deepest);
+        }
     }
     found
 }

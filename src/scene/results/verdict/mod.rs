@@ -81,15 +81,15 @@ impl<const D: usize> Problem<D> {
     }
 
     /// What makes a state of this problem doubtful, as each step of a run records it ([`Step::doubts`]): the field folds, the body lies
-    /// deep in a rigid surface, a rigid surface is felt too little, a restrained motion takes a moment. Unstable modes are known to the run alone.
+    /// deep in a rigid surface, or its particles do not resolve the contact with it, a restrained motion takes a moment. Unstable modes are
+    /// known to the run alone.
     ///
     /// # Errors
     /// For a state of another problem.
     pub fn doubts(&self, state: &State) -> Result<Vec<Doubt>, Error> {
         state.check_lengths(&self.model, &self.equations)?;
         let mut doubts: Vec<Doubt> = volume::folded(self, state).into_iter().collect();
-        doubts.extend(depth::too_deep(self, state));
-        doubts.extend(depth::unfelt(self, state));
+        doubts.extend(depth::unresolved(self, state));
         doubts.extend(restraint::strained(self, state));
         Ok(doubts)
     }
