@@ -8,7 +8,8 @@
 //! refinement. `--parts N SEED` asks 2 % of N drawn parts of each of five families (regions, planar meshes, two bodies, contact, closed
 //! surfaces), whose references are two fine models without a search, and writes `parts.csv`. `--scenes N SEED` does both for scenes of revolution, in the
 //! plane and in space, for parts and for contact, 120 in all with N = 10. `--bounds N SEED` tells whether promises of N scenes of each of eight
-//! families are kept and bounds hold, and not what they cost; `--disks N SEED` counts what N thin discs blown to bubbles take; `--curves` draws error against cost
+//! families are kept and bounds hold, and not what they cost; `--disks N SEED` counts what N thin discs blown to bubbles take, and
+//! a clamped disc; `--curves` draws error against cost
 //! of three parts into `curves.svg`.
 
 mod curves;
@@ -322,6 +323,7 @@ fn alone(asked: &Asked, out: &FilePath) -> Result<bool, Box<dyn Error>> {
     } else if let Some((n, seed)) = asked.disks_alone {
         promises::drawn_disks(n, seed, &mut summary)?;
         promises::disks(&mut summary)?;
+        promises::clamped(&mut summary)?;
     } else if asked.curves_alone {
         curves::curves(out)?;
     } else if asked.local_alone {

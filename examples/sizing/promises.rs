@@ -570,6 +570,45 @@ pub fn disks(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// A clamped disc under 45 psi: its deflection at the axis in the middle of its thickness compared with fine elements, and what a tolerance
+/// costs. Lengths in in, stresses in psi. Elements graded towards the edge, whose strain has no bound, end in a limit point at 0.36 of the load.
+pub fn clamped(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
+    let middle = [0.0, 0.25];
+    let disk = Scene::new(Block::new([0.0, 0.0], [7.5, 0.5]), Axisymmetric, Rubber::mooney_rivlin(80.0, 20.0, 1e5)?)
+        .prescribe((0, Side::Min), 0, 0.0)
+        .hold((0, Side::Max))
+        .pressure((1, Side::Min), 45.0);
+    let deflection = |scheme: &Scheme| -> Result<f64, rkpm::Error> {
+        let problem = disk.discretize(scheme)?;
+        Ok(problem.displacement(problem.run()?.reached()?.last(), &middle.into())?[1])
+    };
+    let even = |counts: [usize; 2]| deflection(&Scheme::elements(2).particles(counts));
+    let [coarse, reference] = [even([161, 9])?, even([241, 13])?];
+    summary.note("clamped_reference", reference)?;
+    summary.note("clamped_reference_change", (coarse / reference - 1.0).abs())?;
+    for counts in [[81, 5], [121, 9]] {
+        let name = format!("clamped_{}x{}", counts[0], counts[1]);
+        summary.record(name, deflection(&Scheme::default().particles(counts))?, reference)?;
+    }
+    for tolerance in [0.02, 0.01] {
+        let requested = Tolerance::of(Quantity::displacement(middle, 1), tolerance);
+        let start = Instant::now();
+        let answer = disk.solve_within(&requested, Budget::default())?;
+        summary.note(format!("clamped_{tolerance}_seconds"), start.elapsed().as_secs_f64())?;
+        summary.note(format!("clamped_{tolerance}_reached"), f64::from(u8::from(answer.reached())))?;
+        summary.note(format!("clamped_{tolerance}_bound"), answer.bound)?;
+        summary.record(format!("clamped_{tolerance}"), answer.values()[0], reference)?;
+        println!("clamped disc within {tolerance}: {:?}, {}", answer.verdict, answer.choice);
+        for level in answer.levels.iter().chain(&answer.tried) {
+            println!(
+                "  {} {:?}: {:.4}, estimate {:?}, {} iterations",
+                level.functions, level.counts, level.values[0], level.estimate, level.iterations
+            );
+        }
+    }
+    Ok(())
+}
+
 /// Cases whose differences vanish by accident: error over bound, at worst over the tolerances.
 pub fn accidents(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
     let cook = |factor: f64, k: f64| -> Result<Scene<2>, rkpm::Error> {
