@@ -1,82 +1,27 @@
 //! Contact of a body with a rigid surface.
 
-use crate::geometry::Point;
+use nalgebra::Vector3;
+
+use crate::geometry::{Point, padded};
 use crate::term::{
     CondensedUnknowns, Curve, Element, History, Product, Protocol, Term, Unilateral, View, Zone, straight_until,
 };
 
-use super::contact_surface::Trace;
 use super::counted::CountedMean;
 use super::facing::THROUGH;
-use super::friction::{Friction, friction_step};
+use super::friction::friction_step;
+use super::law::{Gradients, Pressed, Slipping, Stiffness, Touch};
 use super::rigid::{Drive, Placed};
-use super::{ContactError, ContactSurface, Nearest, RigidSurface};
+use super::{ContactError, ContactLaw, ContactSurface, Nearest, RigidSurface};
 
 /// Least part of a step of the load that a motion of the surface may ask for.
 const LEAST_PART: f64 = 1e-3;
 
-/// How stiff a contact answers between two iterations, from the stiffness of the body and the size of a trace function.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Stiffness {
-    /// $\varepsilon w$ \[stress\]: the change of a pressure by a gap as wide as the trace function.
-    pub proximal: f64,
-    /// $c w$ \[stress\]: the weight of a gap compared with a pressure where it is decided whether they touch.
-    pub decisive: f64,
-}
-
-/// Shear moduli of [`Stiffness::proximal`].
-const PROXIMAL_SHEAR: f64 = 1e4;
-/// Bulk moduli of it.
-const PROXIMAL_BULK: f64 = 1e2;
-
-impl Stiffness {
-    /// What rounding of coordinates up to `extent` makes of the pressures of trace functions and of the norm of their forces.
-    pub(crate) fn rounding<'a>(&self, traces: impl Iterator<Item = &'a Trace>, extent: f64) -> [f64; 2] {
-        let (mut most, mut forces) = (0.0f64, 0.0);
-        for trace in traces {
-            let pressure = ROUNDED * f64::EPSILON * extent / trace.width * self.proximal;
-            most = most.max(pressure);
-            forces += (pressure * trace.area).powi(2);
-        }
-        [most, forces.sqrt()]
-    }
-
-    /// For a body of the given initial moduli.
-    pub(crate) fn of(shear: f64, bulk: f64) -> Self {
-        Stiffness { proximal: PROXIMAL_SHEAR * shear + PROXIMAL_BULK * bulk.max(0.0), decisive: shear }
-    }
-}
-
-/// Roundings of a coordinate that a mean gap may be off by.
-const ROUNDED: f64 = 4.0;
-
-/// Part of its width that a trace function may go too far in one iteration where it comes to touch.
-const TOO_FAR: f64 = 0.5;
-
-/// The part of a step after which a trace function that does not touch has gone too far in, or further than where it is inside already.
-pub(super) fn farthest(gap: f64, change: f64, width: f64) -> f64 {
-    let most = gap.max(0.0) + TOO_FAR * width;
-    if change < -most { most / -change } else { 1.0 }
-}
-
 /// Largest curvature times width that the matrix knows: to a trace function what is rounder is a corner, which no tangent describes.
 const SHARPEST: f64 = 4.0;
 
-/// Unilateral contact of a part of the boundary with a rigid surface, with Coulomb's friction or without.
-///
-/// With the gap $\bar g_J$ of a trace function, a mean of $g(x)$ with $\Theta_J$ in which depth counts for more ([`CountedMean`]), and its
-/// pressure $\pi_J$ per reference area, equilibrium is a saddle of $\Pi(d) - \sum_J A_J\\,\pi_J\\,\bar g_J$ with
-/// $$\bar g_J \ge 0,\quad \pi_J \ge 0,\quad \pi_J\\,\bar g_J = 0.$$
-/// Pressures are condensed unknowns, condensed before assembly: with the trace functions in contact those where
-/// $\pi_J > c\\,\bar g_J$ (a semismooth Newton method on the complementarity), an iteration solves for
-/// $$\pi_J^{new} = \pi_J - \varepsilon\\,(\bar g_J + \nabla\bar g_J\cdot\delta d),$$
-/// and all others have none. At rest of the iteration $\bar g_J = 0$ whatever $\varepsilon$: it says how fast pressures come to
-/// rest, not where. Force $-\pi_J A_J\nabla\bar g_J$; without friction the matrix is symmetric.
-///
-/// Friction: the tangential traction $\tau_J$ is a condensed unknown as well, and $s_J$ the mean slip since the last converged state,
-/// $$s_J = 0 \text{ where } |\tau_J| \le \mu\\,\pi_J,\qquad \tau_J = -\mu\\,\pi_J\\,s_J/|s_J| \text{ elsewhere},$$
-/// told apart by $|\tau_J - c\\,s_J| \le \mu\\,(\pi_J - c\\,\bar g_J)$. Sticking trace functions get $\tau^{new} = \tau - \varepsilon(s + \nabla s\cdot\delta d)$;
-/// what the friction of sliding ones changes with their pressure is not symmetric and goes beside the factors.
+/// Contact of a part of the boundary with a rigid surface, by the law [`ContactLaw`]: the gap of a trace function is a mean of $g(x)$ with
+/// $\Theta_J$ in which depth counts for more ([`CountedMean`]).
 pub(crate) struct RigidContact<const D: usize> {
     pub contact_surface: ContactSurface<D>,
     pub surface: RigidSurface<D>,
@@ -85,9 +30,7 @@ pub(crate) struct RigidContact<const D: usize> {
     pub rigid_dof: Option<u32>,
     /// The largest coordinate of the body part \[length\].
     pub lever: f64,
-    pub stiffness: Stiffness,
-    /// Mean gap of each trace function at rest, where an interference is resolved.
-    pub at_rest: Vec<f64>,
+    pub law: ContactLaw,
     /// Nodes of each facet with that of the surface; none where it has no unknowns.
     facets: Vec<Vec<u32>>,
 }
@@ -141,29 +84,6 @@ impl<const D: usize> RigidContact<D> {
         motions.filter_map(|(i, motion)| motion.map(|motion| motion * own(i))).sum()
     }
 
-    pub(crate) fn has_friction(&self) -> bool {
-        self.surface.friction > 0.0
-    }
-
-    /// Condensed unknowns of a trace function: its pressure, and with friction its traction.
-    pub(super) fn stride(&self) -> usize {
-        if self.has_friction() { 1 + D } else { 1 }
-    }
-
-    /// Pressure and tangential traction of a trace function.
-    pub(crate) fn pressure(&self, trace: usize, condensed: &[f64]) -> (f64, Point<D>) {
-        let first = trace * self.stride();
-        let traction =
-            if self.has_friction() { Point::from_fn(|i, _| condensed[first + 1 + i]) } else { Point::zeros() };
-        (condensed[first], traction)
-    }
-
-    /// What an interference adds to the gap of a trace function, and its change with the load factor.
-    fn shift(&self, trace: usize, load: f64) -> [f64; 2] {
-        let at_rest = self.at_rest.get(trace).copied().unwrap_or(0.0);
-        self.surface.interference.map_or([0.0; 2], |interference| interference.shift(at_rest, load))
-    }
-
     /// The contact of a boundary part with a surface.
     pub(crate) fn new(
         contact_surface: ContactSurface<D>,
@@ -181,16 +101,16 @@ impl<const D: usize> RigidContact<D> {
                 facets.push(nodes);
             }
         }
-        let at_rest = Vec::new();
-        let mut contact = RigidContact { contact_surface, surface, rigid_dof, lever, stiffness, at_rest, facets };
-        if let Some(interference) = contact.surface.interference.take() {
+        let law = ContactLaw::new(stiffness, surface.friction, None);
+        let mut contact = RigidContact { contact_surface, surface, rigid_dof, lever, law, facets };
+        if contact.surface.interference.is_some() {
             let (table, all) = (&contact.contact_surface.table, contact.contact_surface.traces.len());
             let unknowns = D * contact.rigid_dof.map_or(0, |node| node as usize + 1).max(table.node_count());
             let rest = vec![0.0; unknowns];
             let view = View { displacement: &rest, condensed: &[], load: 0.0 };
             let gaps = (0..all).map(|trace| contact.local_contact(trace, &view, |_, _, _, _| {}).gap);
-            contact.at_rest = gaps.collect();
-            contact.surface.interference = Some(interference);
+            contact.law.at_rest = gaps.collect();
+            contact.law.interference = contact.surface.interference;
         }
         contact
     }
@@ -226,7 +146,7 @@ impl<const D: usize> RigidContact<D> {
             visit(k, part, found, arm);
         }
         let (length, arms) = (normal.norm(), all_arms / trace.area);
-        let [shift, shift_by_load] = self.shift(index, view.load);
+        let [shift, shift_by_load] = self.law.shift(index, view.load);
         LocalContact {
             gap: mean.gap + shift,
             mean,
@@ -239,39 +159,19 @@ impl<const D: usize> RigidContact<D> {
         }
     }
 
-    /// $\varepsilon$ of a trace function \[stress/length\].
-    pub(super) fn proximal(&self, trace: usize) -> f64 {
-        self.stiffness.proximal / self.contact_surface.traces[trace].width
+    /// What the law asks of a trace function.
+    fn touch(&self, trace: usize, view: &View<'_>, local_contact: &LocalContact<D>) -> Touch<D> {
+        let slipping = self.law.has_friction().then(|| {
+            let (beside, angle) = self.before(trace, view.condensed);
+            let slip = local_contact.slip(&beside, angle);
+            Slipping { normal: local_contact.normal, slip, by_load: -local_contact.rate }
+        });
+        let own = (trace, &self.contact_surface.traces[trace]);
+        self.law.touch(own, view.condensed, [local_contact.gap, local_contact.by_load], slipping)
     }
 
-    /// $c$ of a trace function \[stress/length\].
-    pub(super) fn decisive(&self, trace: usize) -> f64 {
-        self.stiffness.decisive / self.contact_surface.traces[trace].width
-    }
-
-    pub(crate) fn is_active(&self, trace: usize, pressure: f64, gap: f64) -> bool {
-        pressure > self.decisive(trace) * gap
-    }
-
-    /// What friction asks of a trace function that touches.
-    fn friction(&self, trace: usize, view: &View<'_>, local_contact: &LocalContact<D>) -> Friction<D> {
-        let (pressure, traction) = self.pressure(trace, view.condensed);
-        let (beside, angle) = self.before(trace, view.condensed);
-        let area = self.contact_surface.traces[trace].area;
-        Friction {
-            coefficient: self.surface.friction,
-            proximal: self.proximal(trace),
-            decisive: self.decisive(trace),
-            normal: local_contact.normal,
-            pressure,
-            traction,
-            gap: local_contact.gap,
-            gap_by_load: local_contact.by_load,
-            gap_area: area,
-            slip: local_contact.slip(&beside, angle),
-            slip_by_load: -local_contact.rate,
-            area,
-        }
+    fn touches(&self, trace: usize, view: &View<'_>) -> bool {
+        self.touch(trace, view, &self.local_contact(trace, view, |_, _, _, _| {})).is_active()
     }
 
     /// Where a trace function was beside the surface at the last converged state, and by how much the surface had turned.
@@ -312,6 +212,41 @@ impl<const D: usize> RigidContact<D> {
         moves
     }
 
+    /// Gaps and forces at a state, the moment of the forces about the origin, and how deep the deepest point lies behind the surface.
+    pub(crate) fn pressed(&self, view: &View<'_>) -> (Pressed<D>, Vector3<f64>, f64) {
+        let mut all = Pressed::new(self.contact_surface.traces.len());
+        let (mut moment, mut depth) = (Vector3::zeros(), 0.0f64);
+        for (k, trace) in self.contact_surface.traces.iter().enumerate() {
+            let (pressure, friction) = self.law.pressure::<D>(k, view.condensed);
+            let (mut force, mut own) = (Point::<D>::zeros(), Vector3::zeros());
+            let local_contact = self.local_contact(k, view, |p, part, nearest, _| {
+                let (point, weight) = trace.points[p];
+                depth = depth.max(-nearest.gap);
+                let push = nearest.normal * (pressure * part) + friction * weight;
+                force += push;
+                own += padded::<D, 3>(&self.place(point, view)).cross(&padded(&push));
+            });
+            all.gaps[k] = local_contact.gap;
+            all.active[k] = self.touch(k, view, &local_contact).is_active();
+            if all.active[k] {
+                all.slides[k] = self.law.slides(pressure, &friction);
+                all.normal_forces[k] = pressure * trace.area;
+                all.forces[k] = force;
+                all.total += force;
+                moment += own;
+            }
+        }
+        (all, moment, depth)
+    }
+
+    /// The work of friction between two states \[force·length\].
+    pub(crate) fn friction_work(&self, before: &View<'_>, after: &View<'_>) -> f64 {
+        self.law.work(&self.contact_surface, [before.condensed, after.condensed], |trace| {
+            let [was, now] = [before, after].map(|view| self.local_contact(trace, view, |_, _, _, _| {}));
+            now.slip(&was.beside, was.angle)
+        })
+    }
+
     /// Where a trace function that touches lies beyond an open end of the surface.
     pub(crate) fn passed_end(&self, trace: usize, view: &View<'_>) -> Option<Point<D>> {
         let mut passed = None;
@@ -321,8 +256,7 @@ impl<const D: usize> RigidContact<D> {
                 passed = Some(points[k].0);
             }
         });
-        let (pressure, _) = self.pressure(trace, view.condensed);
-        passed.filter(|_| self.is_active(trace, pressure, local_contact.gap)).map(|point| self.place(point, view))
+        passed.filter(|_| self.touch(trace, view, &local_contact).is_active()).map(|point| self.place(point, view))
     }
 
     /// Where the surface has come to the inner side of the body in a step: at one trace function, or all in all, so that it pulls. A surface
@@ -338,19 +272,15 @@ impl<const D: usize> RigidContact<D> {
                 let cosine = (0..D).map(|i| found.normal[i] * outward[i]).sum::<f64>() / outward.norm();
                 along += weight / trace.area * cosine;
             });
-            let pressure = self.pressure(index, after.condensed).0;
-            let touches = self.is_active(index, pressure, now.gap);
-            let touched = || {
-                let gap = self.local_contact(index, before, |_, _, _, _| {}).gap;
-                self.is_active(index, self.pressure(index, before.condensed).0, gap)
-            };
+            let touch = self.touch(index, after, &now);
             let is_small = now.gap < trace.width && self.surface.shape.depth() < trace.width;
-            if along > THROUGH && (touches || is_small || touched()) && !self.is_shielded(index, after) {
+            let touched = || touch.is_active() || is_small || self.touches(index, before);
+            if along > THROUGH && touched() && !self.is_shielded(index, after) {
                 return Some(self.place(trace.points[0].0, after));
             }
-            if touches {
+            if touch.is_active() {
                 // Below zero a pressure is rounding.
-                pull += pressure.max(0.0) * trace.area * along;
+                pull += touch.pressure.max(0.0) * trace.area * along;
                 (most, at) = if along > most { (along, trace.points[0].0) } else { (most, at) };
             }
         }
@@ -382,7 +312,7 @@ impl<const D: usize> RigidContact<D> {
         let placed = self.placed(view.displacement, view.load);
         let (mut change, mut moved) = (0.0, Point::<D>::zeros());
         let points = &self.contact_surface.traces[trace].points;
-        let was = if self.has_friction() { self.before(trace, view.condensed).1 } else { 0.0 };
+        let was = if self.law.has_friction() { self.before(trace, view.condensed).1 } else { 0.0 };
         let local_contact = self.local_contact(trace, view, |k, part, found, arm| {
             let (point, weight) = points[k];
             let (by, pushed) = (self.contact_surface.displacement(point, step), self.moved(&placed, arm, step));
@@ -406,7 +336,7 @@ impl<const D: usize> RigidContact<D> {
         for point in table.clusters().points(facet) {
             let (mut by_normal, mut by_square, mut found) = (0.0, 0.0, None);
             for &(trace, weight) in &contact_surface.over[point] {
-                let force = weight * self.pressure(trace as usize, view.condensed).0.max(0.0);
+                let force = weight * self.law.pressure::<D>(trace as usize, view.condensed).0.max(0.0);
                 if force == 0.0 {
                     continue;
                 }
@@ -441,7 +371,7 @@ impl<const D: usize> RigidContact<D> {
     /// $\int\Theta\\,c''\\,(\nabla g - \nabla\bar g)(\nabla g - \nabla\bar g)^T$. Pressures that are kept uncondensed do without it: for an increment that
     /// leaves the mean gap as it is it vanishes.
     fn add_mean(&self, trace: usize, view: &View<'_>, mean: &CountedMean, slope: &[f64], matrix: &mut [f64]) {
-        let pressure = self.pressure(trace, view.condensed).0.max(0.0);
+        let pressure = self.law.pressure::<D>(trace, view.condensed).0.max(0.0);
         let (surface, size) = (&self.contact_surface, slope.len());
         let trace = &surface.traces[trace];
         let placed = self.placed(view.displacement, view.load);
@@ -576,7 +506,7 @@ impl<const D: usize> Term for RigidContact<D> {
 
     fn break_points(&self) -> Vec<f64> {
         let mut found = self.surface.break_points();
-        found.extend(self.surface.interference.map(|interference| interference.until));
+        found.extend(self.law.interference.map(|interference| interference.until));
         found
     }
 
@@ -589,7 +519,6 @@ impl<const D: usize> Term for RigidContact<D> {
         }
         let trace = &self.contact_surface.traces[cluster];
         let size = trace.nodes.len() * D;
-        let (pressure, _) = self.pressure(cluster, view.condensed);
         // ∇ḡ A, in the buffer of the element.
         let mut slope = std::mem::take(&mut out.scratch);
         slope.clear();
@@ -609,66 +538,27 @@ impl<const D: usize> Term for RigidContact<D> {
                 }
             }
         });
-        if !self.is_active(cluster, pressure, local_contact.gap) {
-            out.scratch = slope;
-            return;
-        }
-        let proximal = self.proximal(cluster);
-        // Pressures that are kept uncondensed have a row of their own for the gap.
-        let condensed = out.uncondensed.is_none();
-        let force = pressure - if condensed { proximal * local_contact.gap } else { 0.0 };
-        for (r, s) in out.residual.iter_mut().zip(&slope) {
-            *r -= force * s;
-        }
-        for (l, s) in out.load_slope.iter_mut().zip(&slope) {
-            *l += proximal * local_contact.by_load * s;
-        }
-        if let Some(zone) = &mut out.uncondensed {
-            zone.slopes.extend(slope.iter().map(|s| *s as f32));
-            zone.hessian[0][0] = proximal / trace.area;
-            zone.of_pi[0] = local_contact.gap * trace.area;
-            // A pressure that changes from one trace function to the next meets w/μ.
-            zone.shear = self.stiffness.decisive / (trace.area * trace.width);
-        }
-        if out.with_matrix && condensed {
-            let square = proximal / trace.area;
-            for (column, b) in out.matrix.chunks_exact_mut(size).zip(&slope) {
-                let factor = square * b;
-                if factor != 0.0 {
-                    for (entry, a) in column.iter_mut().zip(&slope) {
-                        *entry += factor * a;
-                    }
-                }
+        let touch = self.touch(cluster, &view, &local_contact);
+        let mut gradients = Gradients { slope, ..Gradients::default() };
+        if touch.is_active() {
+            let moves = if self.law.has_friction() { self.moves(cluster, &view) } else { Vec::new() };
+            let kept = out.uncondensed.is_some();
+            touch.add(&gradients, &moves, out);
+            if out.with_matrix && !kept {
+                self.add_mean(cluster, &view, &local_contact.mean, &gradients.slope, &mut out.matrix);
             }
-            self.add_mean(cluster, &view, &local_contact.mean, &slope, &mut out.matrix);
         }
-        if self.has_friction() {
-            self.friction(cluster, &view, &local_contact).add(&self.moves(cluster, &view), &slope, out);
-        }
-        out.scratch = slope;
+        out.scratch = std::mem::take(&mut gradients.slope);
     }
 
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
         if self.facet_of(cluster).is_some() {
             return 1.0;
         }
-        let (pressure, traction) = self.pressure(cluster, view.condensed);
         let (local_contact, change, moved) = self.change(cluster, &view, step);
-        condensed_step.fill(0.0);
-        if !self.is_active(cluster, pressure, local_contact.gap) {
-            condensed_step[0] = -pressure;
-            if self.has_friction() {
-                condensed_step[1..1 + D].iter_mut().zip(&traction).for_each(|(s, t)| *s = -t);
-            }
-            return farthest(local_contact.gap, change, self.contact_surface.traces[cluster].width);
-        }
-        let proximal = self.proximal(cluster);
-        condensed_step[0] = -proximal * (local_contact.gap + change);
-        if self.has_friction() {
-            let next = self.friction(cluster, &view, &local_contact).next(change, &moved);
-            condensed_step[1..1 + D].iter_mut().zip((next - traction).iter()).for_each(|(s, t)| *s = *t);
-        }
-        1.0
+        let touch = self.touch(cluster, &view, &local_contact);
+        touch.advance(change, &moved, condensed_step);
+        if touch.is_active() { 1.0 } else { touch.farthest(change) }
     }
 
     fn condensed(&self) -> Option<&dyn CondensedUnknowns> {
@@ -692,7 +582,7 @@ impl<const D: usize> Term for RigidContact<D> {
 /// $A\\,\nabla\bar g\cdot\delta d - q\\,A/\varepsilon = -A\\,\bar g$, so that what it leaves of a gap is not multiplied by $\varepsilon$.
 impl<const D: usize> Protocol for RigidContact<D> {
     fn keeps_pressures(&self) -> bool {
-        !self.has_friction()
+        !self.law.has_friction()
     }
 
     fn multiply(&self, zone: &Zone, _: &[f64], product: &mut Product) {
@@ -707,7 +597,7 @@ impl<const D: usize> Protocol for RigidContact<D> {
 
 impl<const D: usize> CondensedUnknowns for RigidContact<D> {
     fn unknowns(&self, cluster: usize) -> std::ops::Range<usize> {
-        let (stride, traces) = (self.stride(), self.contact_surface.traces.len());
+        let (stride, traces) = (self.law.stride(D), self.contact_surface.traces.len());
         cluster.min(traces) * stride..(cluster + 1).min(traces) * stride
     }
 }
@@ -715,10 +605,10 @@ impl<const D: usize> CondensedUnknowns for RigidContact<D> {
 impl<const D: usize> History for RigidContact<D> {
     fn variables(&self) -> std::ops::Range<usize> {
         let traces = self.contact_surface.traces.len();
-        let first = traces * self.stride();
+        let first = traces * self.law.stride(D);
         // Where each trace function was beside the surface; without friction that does not matter.
         let turned = usize::from(self.surface.turning.is_some());
-        first..first + if self.has_friction() { traces * D + turned } else { 0 }
+        first..first + if self.law.has_friction() { traces * D + turned } else { 0 }
     }
 
     fn start_variables(&self, variables: &mut [f64]) {
@@ -742,25 +632,14 @@ impl<const D: usize> History for RigidContact<D> {
 
 impl<const D: usize> Unilateral for RigidContact<D> {
     fn rounding(&self) -> [f64; 2] {
-        self.stiffness.rounding(self.contact_surface.traces.iter(), self.contact_surface.extent)
+        self.law.rounding(&self.contact_surface, self.contact_surface.extent)
     }
 
     fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
-        if self.facet_of(cluster).is_some() {
-            return;
+        if self.facet_of(cluster).is_none() {
+            let local_contact = self.local_contact(cluster, &view, |_, _, _, _| {});
+            self.touch(cluster, &view, &local_contact).advance_load(load_step, condensed_step);
         }
-        let (pressure, _) = self.pressure(cluster, view.condensed);
-        let local_contact = self.local_contact(cluster, &view, |_, _, _, _| {});
-        if !self.is_active(cluster, pressure, local_contact.gap) {
-            return;
-        }
-        let proximal = self.proximal(cluster);
-        condensed_step[0] -= proximal * local_contact.by_load * load_step;
-        if !self.has_friction() {
-            return;
-        }
-        let next = self.friction(cluster, &view, &local_contact).next_by_load(load_step);
-        condensed_step[1..1 + D].iter_mut().zip(&next).for_each(|(step, more)| *step += more);
     }
 
     fn check_step(&self, before: View<'_>, after: View<'_>) -> Option<String> {
@@ -774,7 +653,7 @@ impl<const D: usize> Unilateral for RigidContact<D> {
     }
 
     fn farthest_load(&self, from: f64, to: f64) -> f64 {
-        let to = if self.has_friction() { friction_step(from, to) } else { to };
+        let to = if self.law.has_friction() { friction_step(from, to) } else { to };
         let moves = matches!(self.surface.drive, Drive::Moved { .. }) || self.surface.turning.is_some();
         if !moves {
             return to;

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector, SVector, Vector3};
 
 use crate::cells::BoundaryCells;
 use crate::geometry::{Point, padded};
@@ -11,10 +11,9 @@ use crate::term::{PointMotion, View};
 use super::chain::{Chain, Chord, Laid};
 use super::faces::{Faces, LaidFaces};
 use super::facets::Facing;
-use super::interference::Interference;
-use super::obstacle::Stiffness;
+use super::law::{Pressed, Slipping, Touch};
 use super::vertices::{Means, Movers, merged};
-use super::{ContactSurface, facets, mortar, overlap};
+use super::{ContactLaw, ContactSurface, facets, mortar, overlap};
 
 /// What faces what.
 pub(super) enum Geometry {
@@ -139,7 +138,7 @@ pub(super) enum Order {
 /// rigid surfaces, its traction per area $A_J$ as the pressure is: force $A_J\\,\tau_J\nabla s_J$.
 pub(crate) struct PairContact<const D: usize> {
     pub contact_surfaces: Vec<ContactSurface<D>>,
-    pub law: PairLaw,
+    pub law: ContactLaw,
     pub(super) geometry: Geometry,
     /// Nodes of all clusters: those that any point of the boundary parts sees.
     pub(super) nodes: Vec<u32>,
@@ -157,17 +156,6 @@ pub(crate) struct PairContact<const D: usize> {
     searched: Mutex<Option<Arc<State<D>>>>,
     /// What slips beside what since the last converged state.
     held: Mutex<Option<Arc<Held<D>>>>,
-    /// Mean gap of each trace function that carries pressures at rest, where an interference is resolved.
-    at_rest: Vec<f64>,
-}
-
-/// The law between two faces.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct PairLaw {
-    pub stiffness: Stiffness,
-    /// Coulomb's coefficient.
-    pub friction: f64,
-    pub interference: Option<Interference>,
 }
 
 /// The slips of all trace functions that carry pressures, from a converged state on; none where nothing was opposite.
@@ -206,7 +194,7 @@ impl<const D: usize> PairContact<D> {
         nodes: Vec<u32>,
         faces: &[&BoundaryCells<D>],
         positions: &[Point<D>],
-        law: PairLaw,
+        law: ContactLaw,
     ) -> Self {
         let two = contact_surfaces.len() > 1;
         let mut particles: Vec<u32> = Vec::new();
@@ -246,7 +234,7 @@ impl<const D: usize> PairContact<D> {
             Geometry::Plane(Chain::new(chords(&contact_surfaces, faces, &rest), &particles, two))
         };
         let carrying = contact_surfaces[0].traces.len();
-        let (last, searched, held, at_rest) = (Mutex::new(None), Mutex::new(None), Mutex::new(None), Vec::new());
+        let (last, searched, held) = (Mutex::new(None), Mutex::new(None), Mutex::new(None));
         let motion = PointMotion::new(std::mem::take(&mut movers.combinations), nodes.len());
         let mut pair = PairContact {
             contact_surfaces,
@@ -260,7 +248,6 @@ impl<const D: usize> PairContact<D> {
             last,
             searched,
             held,
-            at_rest,
         };
         pair.measure_overlap();
         pair
@@ -284,7 +271,7 @@ impl<const D: usize> PairContact<D> {
             });
             let gaps: Vec<f64> = gaps.collect();
             self.deepen(gaps.iter().fold(0.0, |deepest: f64, gap| deepest.max(-gap)));
-            self.at_rest = gaps;
+            self.law.at_rest = gaps;
             self.law.interference = Some(interference);
         }
     }
@@ -299,26 +286,9 @@ impl<const D: usize> PairContact<D> {
         self.last = Mutex::new(None);
     }
 
-    pub(super) fn has_friction(&self) -> bool {
-        self.law.friction > 0.0
-    }
-
-    /// Condensed unknowns of a trace function: its pressure, and with friction its traction.
-    pub(super) fn stride(&self) -> usize {
-        if self.has_friction() { 1 + D } else { 1 }
-    }
-
-    /// Pressure and tangential traction, per area of the whole trace function.
-    pub(crate) fn pressure(&self, trace: usize, condensed: &[f64]) -> (f64, Point<D>) {
-        let first = trace * self.stride();
-        let traction =
-            if self.has_friction() { Point::from_fn(|i, _| condensed[first + 1 + i]) } else { Point::zeros() };
-        (condensed[first], traction)
-    }
-
     /// What slips beside what since the last converged state, with the displacements of the nodes there.
     pub(super) fn held(&self, condensed: &[f64]) -> Arc<Held<D>> {
-        let internal_variables = &condensed[self.carrying * self.stride()..];
+        let internal_variables = &condensed[self.carrying * self.law.stride(D)..];
         let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(held) = held.as_ref().filter(|held| held.internal_variables == internal_variables) {
             return held.clone();
@@ -351,11 +321,11 @@ impl<const D: usize> PairContact<D> {
 
     /// What the points have moved by since the last converged state; nothing without friction.
     pub(super) fn moved_since(&self, displacement: &[f64], condensed: &[f64]) -> Vec<Point<D>> {
-        if !self.has_friction() {
+        if !self.law.has_friction() {
             return Vec::new();
         }
         let mut since = displacement.to_vec();
-        for (&node, was) in self.nodes.iter().zip(condensed[self.carrying * self.stride()..].chunks_exact(D)) {
+        for (&node, was) in self.nodes.iter().zip(condensed[self.carrying * self.law.stride(D)..].chunks_exact(D)) {
             since[node as usize * D..].iter_mut().zip(was).for_each(|(u, was)| *u -= was);
         }
         self.moves(&since)
@@ -448,22 +418,6 @@ impl<const D: usize> PairContact<D> {
         if trace < self.carrying { (0, trace) } else { (1, trace - self.carrying) }
     }
 
-    pub(super) fn width(&self, trace: usize) -> f64 {
-        self.contact_surfaces[0].traces[trace].width
-    }
-
-    pub(crate) fn is_active(&self, trace: usize, pressure: f64, gap: f64) -> bool {
-        pressure > self.decisive(trace) * gap
-    }
-
-    pub(super) fn decisive(&self, trace: usize) -> f64 {
-        self.law.stiffness.decisive / self.width(trace)
-    }
-
-    pub(super) fn proximal(&self, trace: usize) -> f64 {
-        self.law.stiffness.proximal / self.width(trace)
-    }
-
     /// Visits the pieces of the gap of a trace function that carries pressures.
     pub(super) fn overlap(
         &self,
@@ -473,8 +427,7 @@ impl<const D: usize> PairContact<D> {
         mut visit: impl FnMut(Piece<D>),
     ) -> TraceGap {
         let (mut gap, mut area) = (0.0, 0.0);
-        let at_rest = self.at_rest.get(trace).copied().unwrap_or(0.0);
-        let [shift, by_load] = self.law.interference.map_or([0.0; 2], |all| all.shift(at_rest, load));
+        let [shift, by_load] = self.law.shift(trace, load);
         let mut take = |piece: Piece<D>| {
             gap += piece.value;
             area += piece.area;
@@ -725,11 +678,6 @@ impl<const D: usize> PairContact<D> {
         }
     }
 
-    /// A pressure per area of what has something opposite, in terms of one per area of the whole trace function.
-    pub(super) fn concentration(&self, trace: usize, overlap: &TraceGap) -> f64 {
-        self.contact_surfaces[0].traces[trace].area / overlap.area
-    }
-
     /// How a step that moves the movers changes the mean gap of pieces, times area.
     pub(super) fn change(&self, pieces: &[Piece<D>], state: &State<D>, gap: f64, moves: &[Point<D>]) -> f64 {
         let mut change = 0.0;
@@ -750,26 +698,39 @@ impl<const D: usize> PairContact<D> {
         pieces.iter().map(of).sum()
     }
 
+    /// What the law asks of a trace function, given its slip and what points have moved since the last converged state.
+    pub(super) fn touch(
+        &self,
+        trace: usize,
+        view: &View<'_>,
+        overlap: &TraceGap,
+        slipping: Option<(&Slip<D>, &[Point<D>])>,
+    ) -> Touch<D> {
+        let slipping = slipping.map(|(slip, since)| Slipping {
+            normal: slip.normal,
+            slip: slip.of(since),
+            by_load: Point::zeros(),
+        });
+        let own = (trace, &self.contact_surfaces[0].traces[trace]);
+        let touch = self.law.touch(own, view.condensed, [overlap.gap, overlap.by_load], slipping);
+        Touch { gap_area: overlap.area, ..touch }
+    }
+
     /// Gaps and forces at a state.
     pub(crate) fn pressed(&self, view: &View<'_>) -> Pressed<D> {
         let state = self.now(view.displacement);
-        let mut found = Pressed {
-            gaps: vec![f64::INFINITY; self.traces],
-            forces: vec![Point::<D>::zeros(); self.traces],
-            slides: vec![false; self.traces],
-            total: Point::zeros(),
-        };
+        let mut found = Pressed::new(self.traces);
         for trace in 0..self.carrying {
             let mut pieces = Vec::new();
             let overlap = self.overlap(trace, &state, view.load, |piece| pieces.push(piece));
             found.gaps[trace] = overlap.gap;
-            let (pressure, traction) = self.pressure(trace, view.condensed);
-            if !self.is_active(trace, pressure, overlap.gap) {
+            let touch = self.touch(trace, view, &overlap, None);
+            if !touch.is_active() {
                 continue;
             }
-            found.slides[trace] = traction.norm() >= (1.0 - 1e-6) * self.law.friction * pressure;
-            let concentration = self.concentration(trace, &overlap);
-            let (pressure, traction) = (pressure * concentration, traction * concentration);
+            found.slides[trace] = self.law.slides(touch.pressure, &touch.traction);
+            let concentration = touch.area / touch.gap_area;
+            let (pressure, traction) = (touch.pressure * concentration, touch.traction * concentration);
             for piece in pieces {
                 let mut pushes = [Point::<D>::zeros(); MOST];
                 self.slopes(&piece, &state, |i, slope, _| pushes[i / D][i % D] = pressure * slope);
@@ -784,23 +745,30 @@ impl<const D: usize> PairContact<D> {
                 }
             }
         }
+        for all in 0..self.traces {
+            let (side, trace) = self.trace(all);
+            let surface = &self.contact_surfaces[side];
+            let mut normal = Vector3::zeros();
+            for &(point, weight) in &surface.traces[trace].points {
+                normal += surface.outward(point, view.displacement) * weight;
+            }
+            let against = -padded::<D, 3>(&found.forces[all]).dot(&normal.normalize());
+            found.normal_forces[all] = against.max(0.0);
+            found.active[all] = against > 0.0;
+            found.slides[all] |= !self.law.has_friction();
+        }
         found
     }
 
-    /// The work of friction between two converged states \[force·length\], each with its load, the mean traction times the slip.
+    /// The work of friction between two converged states \[force·length\].
     pub(crate) fn friction_work(&self, before: &View<'_>, after: &View<'_>) -> f64 {
-        if !self.has_friction() {
+        if !self.law.has_friction() {
             return 0.0;
         }
         // From the state before on: the memory of that state is its own.
-        let held = self.held(before.condensed);
-        let moved = self.moved_since(after.displacement, before.condensed);
-        let each = held.slips.iter().enumerate().filter_map(|(trace, slip)| {
-            let slip = slip.as_ref()?;
-            let [now, was] = [after, before].map(|view| self.pressure(trace, view.condensed).1);
-            Some(-0.5 * self.contact_surfaces[0].traces[trace].area * (now + was).dot(&slip.of(&moved)))
-        });
-        each.sum()
+        let (held, moved) = (self.held(before.condensed), self.moved_since(after.displacement, before.condensed));
+        let slip = |trace: usize| held.slips[trace].as_ref().map_or_else(Point::zeros, |slip| slip.of(&moved));
+        self.law.work(&self.contact_surfaces[0], [before.condensed, after.condensed], slip)
     }
 
     /// How deep the faces are in each other at rest, and where.
@@ -808,24 +776,12 @@ impl<const D: usize> PairContact<D> {
         let state = self.now(&vec![0.0; unknowns]);
         // An interference is counted from the overlap that was measured: the gap itself starts at zero.
         let gap = |trace: usize| match self.law.interference {
-            Some(_) => self.at_rest[trace],
+            Some(_) => self.law.at_rest[trace],
             None => self.overlap(trace, &state, 0.0, |_| {}).gap,
         };
         let deep = |trace: usize| (-gap(trace), self.movers.rest[trace]);
         (0..self.carrying).map(deep).max_by(|a, b| a.0.total_cmp(&b.0))
     }
-}
-
-/// What the faces are found to do at a state.
-pub(crate) struct Pressed<const D: usize> {
-    /// Mean gap of each trace function, infinite where it carries no pressure.
-    pub gaps: Vec<f64>,
-    /// Forces on all trace functions.
-    pub forces: Vec<Point<D>>,
-    /// Whether a trace function that carries pressures slides.
-    pub slides: Vec<bool>,
-    /// That on what carries pressures, which is the opposite of that on the others.
-    pub total: Point<D>,
 }
 
 /// Adds movers at the points whose facets are no triangles.

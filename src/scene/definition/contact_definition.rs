@@ -100,12 +100,31 @@ pub(crate) enum Law<const D: usize> {
 }
 
 impl<const D: usize> Law<D> {
-    /// The node of the travel of a surface that is pushed.
-    pub(crate) fn rigid_dof(&self) -> Option<usize> {
+    /// The faces of the bodies, that which carries the pressures first.
+    pub(crate) fn surfaces(&self) -> &[ContactSurface<D>] {
         match self {
-            Law::Rigid(law) => law.rigid_dof.map(|node| node as usize),
+            Law::Rigid(law) => std::slice::from_ref(&law.contact_surface),
+            Law::Pair(law, _) => &law.contact_surfaces,
+        }
+    }
+
+    pub(crate) fn rigid(&self) -> Option<&RigidContact<D>> {
+        match self {
+            Law::Rigid(law) => Some(law),
             Law::Pair(..) => None,
         }
+    }
+
+    pub(crate) fn has_friction(&self) -> bool {
+        match self {
+            Law::Rigid(law) => law.law.has_friction(),
+            Law::Pair(law, _) => law.law.has_friction(),
+        }
+    }
+
+    /// The node of the travel of a surface that is pushed.
+    pub(crate) fn rigid_dof(&self) -> Option<usize> {
+        self.rigid()?.rigid_dof.map(|node| node as usize)
     }
 
     /// Visits the trace functions with one of the opposite part, their undeformed places and the directions in which the contact blocks
@@ -113,29 +132,23 @@ impl<const D: usize> Law<D> {
     /// is not to count, that is the normal direction. The direction in which a surface is pushed is left out, and so is contact within one part. A surface that turns freely
     /// is treated as one that does not turn.
     pub(crate) fn bars(&self, rest: &[f64], friction: bool, visit: &mut BarVisitor<'_, D>) {
-        match self {
-            Law::Rigid(law) => {
-                let view = View { displacement: rest, condensed: &[], load: 0.0 };
-                let pushed = law.surface.free_direction();
-                let barred = |k: usize, _: &Point<D>| (law.local_contact(k, &view, |_, _, _, _| {}).normal, pushed);
-                along_directions(
-                    &law.contact_surface,
-                    friction && law.has_friction(),
-                    barred,
-                    &mut |trace, x, direction| {
-                        visit(trace, None, x, direction);
-                    },
-                );
-            }
-            Law::Pair(law, _) => {
-                let [surface, other] = &law.contact_surfaces[..] else { return };
-                let Some(opposite) = other.traces.first() else { return };
-                let barred = |_: usize, normal: &Point<D>| (*normal, None);
-                along_directions(surface, friction && law.law.friction > 0.0, barred, &mut |trace, x, direction| {
-                    visit(trace, Some(opposite), x, direction);
-                });
-            }
+        let (surface, opposite) = match self.surfaces() {
+            [surface, other] => (surface, other.traces.first()),
+            surfaces => (&surfaces[0], None),
+        };
+        let rigid = self.rigid();
+        if rigid.is_none() && opposite.is_none() {
+            return;
         }
+        let view = View { displacement: rest, condensed: &[], load: 0.0 };
+        let free = rigid.and_then(|law| law.surface.free_direction());
+        let barred = |k: usize, normal: &Point<D>| match rigid {
+            Some(law) => (law.local_contact(k, &view, |_, _, _, _| {}).normal, free),
+            None => (*normal, None),
+        };
+        along_directions(surface, friction && self.has_friction(), barred, &mut |trace, x, direction| {
+            visit(trace, opposite, x, direction);
+        });
     }
 }
 

@@ -6,7 +6,8 @@ use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::BoundaryCells;
 use crate::contact::{
-    ArtificialSpring, ContactError, ContactSurface, Drive, PairContact, PairLaw, RigidBodyDof, RigidContact, Stiffness,
+    ArtificialSpring, ContactError, ContactLaw, ContactSurface, Drive, PairContact, RigidBodyDof, RigidContact,
+    Stiffness,
 };
 use crate::error::{Error, Incompatible};
 use crate::geometry::Point;
@@ -71,11 +72,12 @@ pub(crate) fn add<const D: usize>(
         });
         let contact_surface = ContactSurface::new(&cells, table, rigid_dof)?;
         let law = RigidContact::new(contact_surface, contact.surface.clone(), rigid_dof, Stiffness::of(shear, bulk));
-        if scene.started.is_none() && law.surface.interference.is_none() {
-            looks_at(&law, model.unknowns(), contact)?;
-            starts_outside(&law, model.unknowns(), contact)?;
-        } else if scene.started.is_none() {
-            overlaps_at_rest(deepest(&law, model.unknowns(), 0.0), || contact.label())?;
+        if scene.started.is_none() {
+            if law.law.interference.is_none() {
+                looks_at(&law, model.unknowns(), contact)?;
+            }
+            let deepest = deepest(&law, model.unknowns(), 0.0);
+            starts_right(deepest, &law.contact_surface, law.law.interference.is_some(), || contact.label())?;
         }
         let lever = law.lever;
         let law = Arc::new(law);
@@ -131,23 +133,20 @@ fn pair<const D: usize>(
     if swapped {
         found.reverse();
     }
-    let (friction, interference) = (contact_pair.friction, contact_pair.interference);
-    let settings = PairLaw { stiffness, friction, interference };
-    let mut law = between(&found, positions, settings, contact_pair)?;
+    let settings = || ContactLaw::new(stiffness, contact_pair.friction, contact_pair.interference);
+    let mut law = between(&found, positions, settings(), contact_pair)?;
     if law.has_cut_facets() && found.len() > 1 {
         // Nothing can be pressed against this face, but it may be pressed against the other one.
         swapped = !swapped;
         found.reverse();
-        law = between(&found, positions, settings, contact_pair)?;
+        law = between(&found, positions, settings(), contact_pair)?;
     }
     if law.has_cut_facets() {
         let remedy = "mesh the body that is pressed against, or press it against a rigid surface";
         return Err(Incompatible::new("contact against a deformable face", "facets cut from a lattice", remedy).into());
     }
-    match interference {
-        None => separate_at_rest(&law, model.unknowns(), contact_pair)?,
-        Some(_) => overlaps_at_rest(law.deepest_at_rest(model.unknowns()), label)?,
-    }
+    let deepest = law.deepest_at_rest(model.unknowns());
+    starts_right(deepest, &law.contact_surfaces[0], law.law.interference.is_some(), label)?;
     let law = Arc::new(law);
     let name = contact_pair.name.clone();
     let contact = Contact { name, term: model.terms().len(), law: Law::Pair(law.clone(), swapped) };
@@ -159,7 +158,7 @@ fn pair<const D: usize>(
 fn between<const D: usize>(
     found: &[Face<D>],
     positions: &[Point<D>],
-    law: PairLaw,
+    law: ContactLaw,
     contact_pair: &ContactPair<D>,
 ) -> Result<PairContact<D>, Error> {
     let faces: Vec<&BoundaryCells<D>> = found.iter().map(|face| &face.0).collect();
@@ -210,18 +209,22 @@ fn looks_at<const D: usize>(
     Ok(())
 }
 
-/// Refuses a body that begins inside its surface.
-fn starts_outside<const D: usize>(
-    law: &RigidContact<D>,
-    unknowns: usize,
-    contact: &ContactDefinition<D>,
+/// Refuses a body that begins inside what it may touch, and an interference of what begins apart.
+fn starts_right<const D: usize>(
+    deepest: Option<(f64, Point<D>)>,
+    surface: &ContactSurface<D>,
+    fitted: bool,
+    label: impl Fn() -> String,
 ) -> Result<(), Error> {
     // Chords of a body and arcs of a surface that fits it differ by a hundredth of their spacing.
-    let spacing = law.contact_surface.traces.iter().map(|trace| trace.width).fold(0.0, f64::max);
-    match deepest(law, unknowns, 0.0) {
-        Some((depth, at)) if depth > SLACK * spacing => {
-            let (contact, at) = (contact.label(), at.as_slice().to_vec());
-            Err(ContactError::Penetrates { contact, depth, at }.into())
+    let spacing = surface.traces.iter().map(|trace| trace.width).fold(0.0, f64::max);
+    match deepest {
+        Some((depth, at)) if !fitted && depth > SLACK * spacing => {
+            Err(ContactError::Penetrates { contact: label(), depth, at: at.as_slice().to_vec() }.into())
+        }
+        deepest if fitted && deepest.is_none_or(|(depth, _)| !(depth > 0.0)) => {
+            let gap = deepest.map_or(f64::INFINITY, |(depth, _)| -depth);
+            Err(ContactError::NoOverlap { contact: label(), gap }.into())
         }
         _ => Ok(()),
     }
@@ -232,17 +235,6 @@ fn deepest<const D: usize>(law: &RigidContact<D>, unknowns: usize, load: f64) ->
     let placed = law.placed(&vec![0.0; unknowns], load);
     let depth = |x: &Point<D>| (-placed.nearest(&*law.surface.shape, x).gap, *x);
     law.contact_surface.table.positions().iter().map(depth).max_by(|a, b| a.0.total_cmp(&b.0))
-}
-
-/// Refuses an interference of what begins apart.
-fn overlaps_at_rest<const D: usize>(deepest: Option<(f64, Point<D>)>, label: impl Fn() -> String) -> Result<(), Error> {
-    match deepest {
-        Some((depth, _)) if depth > 0.0 => Ok(()),
-        deepest => {
-            let gap = deepest.map_or(f64::INFINITY, |(depth, _)| -depth);
-            Err(ContactError::NoOverlap { contact: label(), gap }.into())
-        }
-    }
 }
 
 /// The facets of a place, of which there has to be one.
@@ -258,29 +250,13 @@ fn facets_of<const D: usize>(
     Ok(face)
 }
 
-/// Refuses parts that begin inside each other.
-fn separate_at_rest<const D: usize>(
-    law: &PairContact<D>,
-    unknowns: usize,
-    contact_pair: &ContactPair<D>,
-) -> Result<(), Error> {
-    let spacing = law.contact_surfaces[0].traces.iter().map(|trace| trace.width).fold(0.0, f64::max);
-    match law.deepest_at_rest(unknowns) {
-        Some((depth, at)) if depth > SLACK * spacing => {
-            let contact = format!("contact {}", contact_pair.name);
-            Err(ContactError::Penetrates { contact, depth, at: at.as_slice().to_vec() }.into())
-        }
-        _ => Ok(()),
-    }
-}
-
 impl<const D: usize> Problem<D> {
     /// Rigid surfaces that stay farther from the body than it is large, by their motion and by what moves the body, with what to do.
     pub(crate) fn out_of_reach(&self, moved: f64) -> Vec<String> {
         let positions = self.positions();
         let extent = positions.iter().fold(0.0f64, |e, x| e.max((x - positions[0]).norm()));
         let apart = |contact: &Contact<D>| {
-            let Law::Rigid(law) = &contact.law else { return None };
+            let law = contact.law.rigid()?;
             if law.surface.is_free() {
                 return None;
             }

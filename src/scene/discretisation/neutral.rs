@@ -14,7 +14,7 @@ use crate::material::Material;
 use super::discrete_body::DiscreteBody;
 use super::sharing::Sharing;
 use crate::order;
-use crate::scene::definition::contact_definition::{Contact, Law};
+use crate::scene::definition::contact_definition::Contact;
 use crate::scene::definition::scene::Scene;
 
 /// Difference of radii, as a part of them, up to which particles lie on one circle.
@@ -60,13 +60,9 @@ fn smooth<'a, const D: usize>(
 ) -> Option<Vec<&'a ContactSurface<D>>> {
     let mut found = Vec::new();
     for contact in contacts {
-        let (surfaces, friction) = match &contact.law {
-            Law::Rigid(law) => (std::slice::from_ref(&law.contact_surface), law.surface.friction),
-            Law::Pair(law, _) => (&law.contact_surfaces[..], law.law.friction),
-        };
-        for surface in surfaces {
+        for surface in contact.law.surfaces() {
             let own = surface.traces.first().is_some_and(|trace| body.nodes.contains(&(trace.particle as usize)));
-            match (own, friction > 0.0) {
+            match (own, contact.law.has_friction()) {
                 (true, true) => return None,
                 (true, false) => found.push(surface),
                 _ => {}
@@ -98,11 +94,9 @@ fn rolling<const D: usize>(
     }
     // Where surfaces are farthest away, and opposite of it.
     let distance = |x: &Point<D>| {
-        let rigid = contacts.iter().filter_map(|contact| match &contact.law {
-            Law::Rigid(law) => Some(law.surface.placed(0.0, [0.0; 2]).nearest(&*law.surface.shape, x).gap),
-            Law::Pair(..) => None,
-        });
-        rigid.fold(f64::INFINITY, f64::min)
+        let rigid = contacts.iter().filter_map(|contact| contact.law.rigid());
+        let gaps = rigid.map(|law| law.surface.placed(0.0, [0.0; 2]).nearest(&*law.surface.shape, x).gap);
+        gaps.fold(f64::INFINITY, f64::min)
     };
     let first = (0..count).max_by(|&a, &b| distance(&at(a)).total_cmp(&distance(&at(b))))?;
     let opposite = centre * 2.0 - at(first);

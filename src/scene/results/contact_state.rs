@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::contact::{ContactError, ContactSurface, LocalContact, PairContact, Trace, chains};
+use crate::contact::{ContactError, ContactSurface, Trace, chains};
 use crate::error::{Error, OutputError};
 use crate::geometry::{Point, padded};
 use crate::output::Table;
@@ -96,71 +96,64 @@ impl<const D: usize> Problem<D> {
     pub fn contact(&self, state: &State, name: &str) -> Result<ContactState<D>, Error> {
         state.check_lengths(&self.model, &self.equations)?;
         let contact = self.contact_named(name)?;
-        let condensed = &state.condensed[contact.term];
-        let law = match &contact.law {
-            Law::Rigid(law) => law,
-            Law::Pair(law, swapped) => return self.pair_contact(law, *swapped, state, condensed),
-        };
-        let view = View { displacement: &state.displacement, condensed, load: state.load };
-        let placed = law.placed(&state.displacement, state.load);
-        let mut found = ContactState {
-            force: Point::zeros(),
-            moment: Vector3::zeros(),
-            extent: 0.0,
-            travel: placed.offset,
-            angle: placed.angle(),
-            depth: Some(0.0),
-            points: Vec::with_capacity(law.contact_surface.traces.len()),
-        };
-        let mut sizes = Vec::with_capacity(law.contact_surface.traces.len());
-        for (k, trace) in law.contact_surface.traces.iter().enumerate() {
-            let (nominal, friction) = law.pressure(k, condensed);
-            let (mut area, mut width) = (0.0, 0.0);
-            let particle = trace.particle as usize;
-            let reference = self.model.point::<D>(particle);
-            let moved = self.node_displacement(particle, state)?;
-            let sheet = self.sheet_of(particle);
-            let (mut force, mut moment) = (Point::<D>::zeros(), Vector3::zeros());
-            let mut behind = -placed.nearest(&*law.surface.shape, &(reference + moved)).gap;
-            let local_contact = law.local_contact(k, &view, |p, part, nearest, _| {
-                let (point, weight) = trace.points[p];
-                let x = law.contact_surface.table.positions()[point as usize]
-                    + law.contact_surface.displacement(point, &state.displacement);
-                let stretch = law.contact_surface.outward(point, &state.displacement).norm();
-                area += weight * stretch * thickness(sheet, &law.contact_surface, point, &state.displacement);
-                behind = behind.max(-nearest.gap);
-                // Along the meridian, without the hoop's stretch.
-                let table = &law.contact_surface.table;
-                let hoop = match table.hoop_components() {
-                    [] => 1.0,
-                    _ => 1.0 + table.displacement_gradient(point as usize, &state.displacement)[(2, 2)],
-                };
-                width += weight * stretch / hoop;
-                let push = nearest.normal * (nominal * part) + friction * weight;
-                force += push;
-                moment += padded::<D, 3>(&x).cross(&padded(&push));
-            });
-            let is_active = law.is_active(k, nominal, local_contact.gap);
-            if !is_active {
-                (force, moment) = (Point::zeros(), Vector3::zeros());
+        let view = seen(state, contact.term);
+        let none = (Point::zeros(), 0.0, None);
+        let (pressed, (travel, angle, depth), moment, swapped) = match &contact.law {
+            Law::Rigid(law) => {
+                let (pressed, moment, depth) = law.pressed(&view);
+                let placed = law.placed(&state.displacement, state.load);
+                (pressed, (placed.offset, placed.angle(), Some(depth)), Some(moment), false)
             }
-            found.force += force;
-            found.moment += moment;
-            found.depth = found.depth.map(|depth| depth.max(behind));
-            // The size of the trace function now.
-            sizes.push(if D == 3 { width } else { width / trace.area * trace.width });
-            found.points.push(ContactPoint {
-                reference,
-                position: reference + moved,
-                pressure: if is_active { nominal * trace.area / area } else { 0.0 },
-                gap: local_contact.gap,
-                traction: force / area,
-                force,
-                is_active,
-                slips: is_active && friction.norm() >= (1.0 - 1e-6) * law.surface.friction * nominal,
-            });
+            Law::Pair(law, swapped) => (law.pressed(&view), none, None, *swapped),
+        };
+        let surfaces = contact.law.surfaces();
+        let force = match surfaces {
+            // What a part does to itself is nothing in all.
+            [_] if moment.is_none() => pressed.forces.iter().sum(),
+            _ => pressed.total * if swapped { -1.0 } else { 1.0 },
+        };
+        let (mut extent, mut points, mut at) = (0.0, Vec::with_capacity(pressed.forces.len()), 0);
+        let mut own_moment = Vector3::zeros();
+        for (side, surface) in surfaces.iter().enumerate() {
+            let (mut areas, mut own) = (Vec::new(), Vec::new());
+            for trace in &surface.traces {
+                let particle = trace.particle as usize;
+                let (reference, sheet) = (self.model.point::<D>(particle), self.sheet_of(particle));
+                let position = reference + self.node_displacement(particle, state)?;
+                let mut area = 0.0;
+                for &(point, weight) in &trace.points {
+                    let stretch = surface.outward(point, &state.displacement).norm();
+                    area += weight * stretch * thickness(sheet, surface, point, &state.displacement);
+                }
+                let force = pressed.forces[at];
+                if (side == 0) != swapped || surfaces.len() == 1 {
+                    own_moment += padded::<D, 3>(&position).cross(&padded(&force));
+                }
+                areas.push(area);
+                own.push(ContactPoint {
+                    reference,
+                    position,
+                    pressure: pressed.normal_forces[at] / area,
+                    gap: pressed.gaps[at],
+                    traction: force / area,
+                    force,
+                    is_active: pressed.active[at],
+                    slips: pressed.active[at] && pressed.slides[at],
+                });
+                at += 1;
+            }
+            let touching = along(&mut own, &surface.traces, &areas);
+            extent = if side == 0 { touching } else { extent };
+            points.extend(own);
         }
-        found.extent = along(&mut found.points, &law.contact_surface.traces, &sizes);
+        let moment = moment.unwrap_or(own_moment);
+        let mut found = ContactState { force, moment, extent, travel, angle, depth, points };
+        if let (Law::Rigid(law), Some(depth)) = (&contact.law, &mut found.depth) {
+            let placed = law.placed(&state.displacement, state.load);
+            for point in &found.points {
+                *depth = depth.max(-placed.nearest(&*law.surface.shape, &point.position).gap);
+            }
+        }
         Ok(found)
     }
 
@@ -171,106 +164,18 @@ impl<const D: usize> Problem<D> {
     /// As [`contact`](Problem::contact).
     pub fn friction_work(&self, path: &EquilibriumPath, name: &str) -> Result<f64, Error> {
         let contact = self.contact_named(name)?;
-        let law = match &contact.law {
-            Law::Rigid(law) => law,
-            Law::Pair(law, _) => return self.pair_friction_work(law, contact.term, path),
-        };
-        let mut work = 0.0;
-        let mut before: Option<Vec<(Point<D>, LocalContact<D>)>> = None;
-        for state in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)) {
-            state.check_lengths(&self.model, &self.equations)?;
-            let condensed = &state.condensed[contact.term];
-            let view = View { displacement: &state.displacement, condensed, load: state.load };
-            let now: Vec<_> = (0..law.contact_surface.traces.len())
-                .map(|trace| {
-                    let local_contact = law.local_contact(trace, &view, |_, _, _, _| {});
-                    (law.pressure(trace, condensed).1 * law.contact_surface.traces[trace].area, local_contact)
-                })
-                .collect();
-            if let Some(before) = before {
-                let steps = now.iter().zip(&before);
-                work -= steps
-                    .map(|((f, now), (f0, was))| 0.5 * (f + f0).dot(&now.slip(&was.beside, was.angle)))
-                    .sum::<f64>();
-            }
-            before = Some(now);
+        let (mut work, mut before) = (0.0, &path.start);
+        before.check_lengths(&self.model, &self.equations)?;
+        for step in &path.steps {
+            step.state.check_lengths(&self.model, &self.equations)?;
+            let (was, now) = (seen(before, contact.term), seen(&step.state, contact.term));
+            work += match &contact.law {
+                Law::Rigid(law) => law.friction_work(&was, &now),
+                Law::Pair(law, _) => law.friction_work(&was, &now),
+            };
+            before = &step.state;
         }
         Ok(work)
-    }
-
-    /// The same between two parts.
-    fn pair_friction_work(&self, law: &PairContact<D>, term: usize, path: &EquilibriumPath) -> Result<f64, Error> {
-        let states: Vec<&State> =
-            std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).collect();
-        states.iter().try_for_each(|state| state.check_lengths(&self.model, &self.equations))?;
-        Ok(states.windows(2).map(|pair| law.friction_work(&seen(pair[0], term), &seen(pair[1], term))).sum())
-    }
-
-    /// The same of two parts of the boundary: the force is that on the part named first; boundary particles of the part that carries the
-    /// pressures, then those of the other.
-    fn pair_contact(
-        &self,
-        law: &PairContact<D>,
-        swapped: bool,
-        state: &State,
-        condensed: &[f64],
-    ) -> Result<ContactState<D>, Error> {
-        let mut found = ContactState {
-            force: Point::zeros(),
-            moment: Vector3::zeros(),
-            extent: 0.0,
-            travel: Point::zeros(),
-            angle: 0.0,
-            depth: None,
-            points: Vec::with_capacity(law.traces),
-        };
-        let pressed = law.pressed(&View { displacement: &state.displacement, condensed, load: state.load });
-        let mut sizes = Vec::new();
-        for (all, &force) in pressed.forces.iter().enumerate() {
-            let (side, trace) = law.trace(all);
-            let contact_surface = &law.contact_surfaces[side];
-            let trace = &contact_surface.traces[trace];
-            let sheet = self.sheet_of(trace.particle as usize);
-            let mut area = 0.0;
-            let mut normal = Vector3::zeros();
-            for &(point, weight) in &trace.points {
-                let outward = contact_surface.outward(point, &state.displacement);
-                area += weight * outward.norm() * thickness(sheet, contact_surface, point, &state.displacement);
-                normal += outward * weight;
-            }
-            let particle = trace.particle as usize;
-            let reference = self.model.point::<D>(particle);
-            let position = reference + self.node_displacement(particle, state)?;
-            sizes.push(area);
-            let pressure = (-padded::<D, 3>(&force).dot(&normal.normalize()) / area).max(0.0);
-            let is_active = pressure > 0.0;
-            if (side == 0) != swapped || law.contact_surfaces.len() == 1 {
-                found.moment += padded::<D, 3>(&position).cross(&padded(&force));
-            }
-            let traction = force / area;
-            found.points.push(ContactPoint {
-                reference,
-                position,
-                pressure,
-                gap: pressed.gaps[all],
-                traction,
-                force,
-                is_active,
-                slips: is_active && (law.law.friction == 0.0 || pressed.slides[all]),
-            });
-        }
-        found.force = match law.contact_surfaces.len() {
-            // What a part does to itself is nothing in all.
-            1 => pressed.forces.iter().sum(),
-            _ => pressed.total * if swapped { -1.0 } else { 1.0 },
-        };
-        let mut beside = found.points.split_off(law.contact_surfaces[0].traces.len());
-        found.extent = along(&mut found.points, &law.contact_surfaces[0].traces, &sizes);
-        if let Some(contact_surface) = law.contact_surfaces.get(1) {
-            along(&mut beside, &contact_surface.traces, &sizes[found.points.len()..]);
-        }
-        found.points.extend(beside);
-        Ok(found)
     }
 
     /// The sheet in plane stress that a particle belongs to.

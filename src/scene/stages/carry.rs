@@ -5,7 +5,6 @@ use std::sync::Arc;
 use crate::boundary::{ConstraintEquation, Constraints};
 use crate::error::{Error, Incompatible};
 use crate::scene::Problem;
-use crate::scene::definition::contact_definition::Law;
 use crate::solve::State;
 use crate::term::{Amplitude, Element, Term, TermMatrix, View};
 
@@ -81,14 +80,11 @@ fn carry_displacement<const D: usize>(
         next.displacement[D * to..D * (to + nodes)].copy_from_slice(values);
     };
     let pushed = |problem: &Problem<D>, name: &str| {
-        problem.contacts.iter().find(|contact| contact.name == name).and_then(|contact| match &contact.law {
-            Law::Rigid(law) => law.rigid_dof,
-            Law::Pair(..) => None,
-        })
+        problem.contacts.iter().find(|contact| contact.name == name)?.law.rigid_dof()
     };
     for contact in &problem.contacts {
         if let (Some(to), Some(from)) = (pushed(problem, &contact.name), pushed(before, &contact.name)) {
-            take(to as usize, from as usize, 1);
+            take(to, from, 1);
         }
     }
     for frame in &problem.frames {

@@ -7,7 +7,6 @@ use nalgebra::{Matrix2, Vector3};
 use crate::error::{Doubt, DoubtCause};
 use crate::material::surface_stability;
 use crate::scene::Problem;
-use crate::scene::definition::contact_definition::Law;
 use crate::solve::State;
 
 use super::surface_points::SurfacePoint;
@@ -121,11 +120,7 @@ fn touching<const D: usize>(problem: &Problem<D>, state: &State) -> HashSet<usiz
         return touching;
     }
     for contact in &problem.contacts {
-        let surfaces = match &contact.law {
-            Law::Rigid(law) => std::slice::from_ref(&law.contact_surface),
-            Law::Pair(law, _) => &law.contact_surfaces[..],
-        };
-        for trace in surfaces.iter().flat_map(|surface| &surface.traces) {
+        for trace in contact.law.surfaces().iter().flat_map(|surface| &surface.traces) {
             let node = trace.particle as usize;
             if active.contains(&key(problem.model().coordinates(node))) {
                 touching.insert(node);

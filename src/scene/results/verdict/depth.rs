@@ -10,7 +10,7 @@ use crate::solve::State;
 use crate::term::View;
 
 use crate::scene::Problem;
-use crate::scene::definition::contact_definition::{Contact, Law};
+use crate::scene::definition::contact_definition::Contact;
 
 use super::share::LARGEST_SHARE;
 
@@ -46,8 +46,8 @@ pub(super) fn unresolved<const D: usize>(problem: &Problem<D>, state: &State) ->
 
 /// A contact with a rigid surface and its part of a state; none while the overlap of an interference is not resolved yet.
 fn judged<'a, const D: usize>(contact: &'a Contact<D>, state: &'a State) -> Option<(&'a RigidContact<D>, View<'a>)> {
-    let Law::Rigid(law) = &contact.law else { return None };
-    let begins_inside = law.surface.interference.is_some_and(|fit| !fit.resolved && state.load < fit.until);
+    let law = contact.law.rigid()?;
+    let begins_inside = law.law.interference.is_some_and(|fit| !fit.resolved && state.load < fit.until);
     let condensed = state.condensed.get(contact.term).filter(|_| !begins_inside)?;
     Some((law, View { displacement: &state.displacement, condensed, load: state.load }))
 }
@@ -89,7 +89,7 @@ pub(crate) fn fixed_inside<const D: usize>(problem: &Problem<D>) -> Vec<FixedIns
     }
     let mut found = Vec::new();
     for contact in &problem.contacts {
-        let Law::Rigid(law) = &contact.law else { continue };
+        let Some(law) = contact.law.rigid() else { continue };
         if law.rigid_dof.is_some() {
             continue;
         }
@@ -153,8 +153,8 @@ fn depths<const D: usize>(law: &RigidContact<D>, view: &View<'_>) -> Depths<D> {
         if depth < f64::EPSILON.sqrt() * trace.width {
             continue;
         }
-        let shear = law.stiffness.decisive;
-        let pressure = law.pressure(k, view.condensed).0.max(0.0);
+        let shear = law.law.stiffness.decisive;
+        let pressure = law.law.pressure::<D>(k, view.condensed).0.max(0.0);
         let unexplained = (depth - pressure * trace.width / (4.0 * PI * shear)).max(0.0);
         let own = 0.25 * PI * shear * unexplained * unexplained * area / trace.width;
         found.lacking += own;

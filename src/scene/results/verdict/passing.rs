@@ -8,7 +8,6 @@ use nalgebra::Vector3;
 use crate::error::{Doubt, DoubtCause};
 use crate::geometry::Point;
 use crate::scene::Problem;
-use crate::scene::definition::contact_definition::Law;
 use crate::solve::State;
 
 use super::surface_points::SurfacePoint;
@@ -88,14 +87,13 @@ fn winding<const D: usize>(at: &Point<D>, sources: &[(Point<D>, Vector3<f64>)], 
 fn through_rigid<const D: usize>(problem: &Problem<D>, state: &State, points: &[SurfacePoint<D>]) -> Vec<Doubt> {
     let mut doubts = Vec::new();
     for contact in &problem.contacts {
-        let Law::Rigid(law) = &contact.law else { continue };
+        let Some(law) = contact.law.rigid() else { continue };
         // Several contacts may share one surface.
         let same = problem.contacts.iter().filter(|other| other.name == contact.name);
         let mut declared: HashSet<usize> = HashSet::new();
         for other in same {
-            if let Law::Rigid(law) = &other.law {
-                declared.extend(law.contact_surface.traces.iter().map(|trace| trace.particle as usize));
-            }
+            let traces = other.law.rigid().into_iter().flat_map(|law| &law.contact_surface.traces);
+            declared.extend(traces.map(|trace| trace.particle as usize));
         }
         let (now, rest) =
             (law.placed(&state.displacement, state.load), law.placed(&vec![0.0; state.displacement.len()], 0.0));

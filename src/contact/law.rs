@@ -1,0 +1,281 @@
+//! The law of contact: what pressures, tractions and mean gaps of trace functions ask of each other.
+
+use crate::geometry::Point;
+use crate::term::Element;
+
+use super::contact_surface::Trace;
+use super::{ContactSurface, Interference};
+
+/// How stiff a contact answers between two iterations, from the stiffness of the body and the size of a trace function.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stiffness {
+    /// $\varepsilon w$ \[stress\]: the change of a pressure by a gap as wide as the trace function.
+    proximal: f64,
+    /// $c w$ \[stress\]: the weight of a gap compared with a pressure where it is decided whether they touch.
+    pub decisive: f64,
+}
+
+/// Shear moduli of [`Stiffness::proximal`].
+const PROXIMAL_SHEAR: f64 = 1e4;
+/// Bulk moduli of it.
+const PROXIMAL_BULK: f64 = 1e2;
+/// Roundings of a coordinate that a mean gap may be off by.
+const ROUNDED: f64 = 4.0;
+/// Part of its width that a trace function may go too far in one iteration where it comes to touch.
+const TOO_FAR: f64 = 0.5;
+
+impl Stiffness {
+    /// For a body of the given initial moduli.
+    pub(crate) fn of(shear: f64, bulk: f64) -> Self {
+        Stiffness { proximal: PROXIMAL_SHEAR * shear + PROXIMAL_BULK * bulk.max(0.0), decisive: shear }
+    }
+}
+
+/// Unilateral contact of trace functions with what is opposite, with Coulomb's friction or without.
+///
+/// With the mean gap $\bar g_J$ of a trace function and its pressure $\pi_J$ per reference area, equilibrium is a saddle of
+/// $\Pi(d) - \sum_J A_J\\,\pi_J\\,\bar g_J$ with
+/// $$\bar g_J \ge 0,\quad \pi_J \ge 0,\quad \pi_J\\,\bar g_J = 0.$$
+/// Pressures are condensed unknowns, condensed before assembly: with the trace functions in contact those where
+/// $\pi_J > c\\,\bar g_J$ (a semismooth Newton method on the complementarity), an iteration solves for
+/// $$\pi_J^{new} = \pi_J - \varepsilon\\,(\bar g_J + \nabla\bar g_J\cdot\delta d),$$
+/// and all others have none. At rest of the iteration $\bar g_J = 0$ whatever $\varepsilon$: it says how fast pressures come to
+/// rest, not where. Force $-\pi_J A_J\nabla\bar g_J$; without friction the matrix is symmetric.
+///
+/// Friction: the tangential traction $\tau_J$ is a condensed unknown as well, and $s_J$ the mean slip since the last converged state,
+/// $$s_J = 0 \text{ where } |\tau_J| \le \mu\\,\pi_J,\qquad \tau_J = -\mu\\,\pi_J\\,s_J/|s_J| \text{ elsewhere},$$
+/// told apart by $|\tau_J - c\\,s_J| \le \mu\\,(\pi_J - c\\,\bar g_J)$. Sticking trace functions get $\tau^{new} = \tau - \varepsilon(s + \nabla s\cdot\delta d)$;
+/// what the friction of sliding ones changes with their pressure is not symmetric and goes beside the factors.
+#[derive(Debug, Clone)]
+pub(crate) struct ContactLaw {
+    pub stiffness: Stiffness,
+    /// Coulomb's coefficient.
+    pub friction: f64,
+    pub interference: Option<Interference>,
+    /// Mean gap of each trace function at rest, where an interference is resolved.
+    pub at_rest: Vec<f64>,
+}
+
+impl ContactLaw {
+    pub(crate) fn new(stiffness: Stiffness, friction: f64, interference: Option<Interference>) -> Self {
+        ContactLaw { stiffness, friction, interference, at_rest: Vec::new() }
+    }
+
+    pub(crate) fn has_friction(&self) -> bool {
+        self.friction > 0.0
+    }
+
+    /// Condensed unknowns of a trace function: its pressure, and with friction its traction.
+    pub(super) fn stride(&self, dim: usize) -> usize {
+        if self.has_friction() { 1 + dim } else { 1 }
+    }
+
+    /// Pressure and tangential traction of a trace function, per area of the whole of it.
+    pub(crate) fn pressure<const D: usize>(&self, trace: usize, condensed: &[f64]) -> (f64, Point<D>) {
+        let own = &condensed[trace * self.stride(D)..];
+        (own[0], if self.has_friction() { Point::from_column_slice(&own[1..=D]) } else { Point::zeros() })
+    }
+
+    /// Whether a traction is as long as friction lets it be.
+    pub(super) fn slides<const D: usize>(&self, pressure: f64, traction: &Point<D>) -> bool {
+        traction.norm() >= (1.0 - 1e-6) * self.friction * pressure
+    }
+
+    /// What an interference adds to the gap of a trace function, and its change with the load factor.
+    pub(super) fn shift(&self, trace: usize, load: f64) -> [f64; 2] {
+        let at_rest = self.at_rest.get(trace).copied().unwrap_or(0.0);
+        self.interference.map_or([0.0; 2], |interference| interference.shift(at_rest, load))
+    }
+
+    /// A trace function with its mean gap and the change of that with the load factor, and how it slips if it does.
+    pub(super) fn touch<const D: usize>(
+        &self,
+        (index, trace): (usize, &Trace),
+        condensed: &[f64],
+        [gap, by_load]: [f64; 2],
+        slipping: Option<Slipping<D>>,
+    ) -> Touch<D> {
+        let (pressure, traction) = self.pressure(index, condensed);
+        Touch {
+            coefficient: self.friction,
+            proximal: self.stiffness.proximal / trace.width,
+            decisive: self.stiffness.decisive / trace.width,
+            pressure,
+            traction,
+            gap,
+            by_load,
+            area: trace.area,
+            gap_area: trace.area,
+            width: trace.width,
+            slipping,
+        }
+    }
+
+    /// What rounding of coordinates makes of the pressures of the trace functions of a surface and of the norm of their forces.
+    pub(super) fn rounding<const D: usize>(&self, surface: &ContactSurface<D>, extent: f64) -> [f64; 2] {
+        let (mut most, mut forces) = (0.0f64, 0.0);
+        for trace in &surface.traces {
+            let pressure = ROUNDED * f64::EPSILON * extent / trace.width * self.stiffness.proximal;
+            most = most.max(pressure);
+            forces += (pressure * trace.area).powi(2);
+        }
+        [most, forces.sqrt()]
+    }
+
+    /// The work of friction of trace functions that slip between two states \[force·length\]: the mean traction times the slip.
+    pub(super) fn work<const D: usize>(
+        &self,
+        surface: &ContactSurface<D>,
+        [before, after]: [&[f64]; 2],
+        slip: impl Fn(usize) -> Point<D>,
+    ) -> f64 {
+        let mut work = 0.0;
+        for (k, trace) in surface.traces.iter().enumerate().take(if self.has_friction() { usize::MAX } else { 0 }) {
+            let [now, was] = [after, before].map(|condensed| self.pressure::<D>(k, condensed).1);
+            work -= 0.5 * trace.area * (now + was).dot(&slip(k));
+        }
+        work
+    }
+}
+
+/// A trace function at a state, and what the law asks of it.
+pub(super) struct Touch<const D: usize> {
+    pub(super) coefficient: f64,
+    /// $\varepsilon$ \[stress/length\].
+    pub(super) proximal: f64,
+    /// $c$ \[stress/length\].
+    pub(super) decisive: f64,
+    pub(super) pressure: f64,
+    pub(super) traction: Point<D>,
+    pub(super) gap: f64,
+    /// Change of the gap with the load factor.
+    pub(super) by_load: f64,
+    pub(super) area: f64,
+    /// What the mean gap is a mean over, where that is less.
+    pub(super) gap_area: f64,
+    pub(super) width: f64,
+    /// How it slips, where there is friction and something opposite.
+    pub(super) slipping: Option<Slipping<D>>,
+}
+
+/// How a trace function slips along what is opposite.
+pub(super) struct Slipping<const D: usize> {
+    pub normal: Point<D>,
+    /// Mean displacement beside the other surface since the last converged state, and its change with the load factor.
+    pub slip: Point<D>,
+    pub by_load: Point<D>,
+}
+
+/// Derivatives of a mean gap over some unknowns, times the area that it is a mean over.
+#[derive(Default)]
+pub(super) struct Gradients {
+    pub slope: Vec<f64>,
+    /// A vector $b$ of which the matrix has $s\\,b^{\mathsf T} + b\\,s^{\mathsf T}$ beside the slope $s$, and the factor of both; empty where there is none.
+    pub beside: Vec<f64>,
+    pub factor: f64,
+}
+
+impl<const D: usize> Touch<D> {
+    pub(super) fn is_active(&self) -> bool {
+        self.pressure > self.decisive * self.gap
+    }
+
+    /// Pressure and $\varepsilon$ per area that the mean gap is a mean over.
+    pub(super) fn concentrated(&self) -> [f64; 2] {
+        let more = self.area / self.gap_area;
+        [self.pressure * more, self.proximal * more]
+    }
+
+    /// Adds forces and matrix; `moves` are places of unknowns with the slip times area that they make.
+    pub(super) fn add(&self, gradients: &Gradients, moves: &[(usize, Point<D>)], out: &mut Element) {
+        let Gradients { slope, beside, factor } = gradients;
+        let [pressure, proximal] = self.concentrated();
+        // Pressures that are kept uncondensed have a row of their own for the gap.
+        let condensed = out.uncondensed.is_none();
+        let force = pressure - if condensed { proximal * self.gap } else { 0.0 };
+        for (r, s) in out.residual.iter_mut().zip(slope) {
+            *r -= force * s;
+        }
+        for (l, s) in out.load_slope.iter_mut().zip(slope) {
+            *l += proximal * self.by_load * s;
+        }
+        let square = proximal / self.gap_area;
+        if let Some(zone) = &mut out.uncondensed {
+            zone.slopes.extend(slope.iter().map(|s| *s as f32));
+            zone.hessian[0][0] = square;
+            zone.of_pi[0] = self.gap * self.area;
+            // A pressure that changes from one trace function to the next meets w/μ.
+            zone.shear = self.decisive / self.area;
+        } else if out.with_matrix {
+            for (j, column) in out.matrix.chunks_exact_mut(slope.len()).enumerate() {
+                let Some(b) = beside.get(j) else {
+                    let along = square * slope[j];
+                    if along != 0.0 {
+                        column.iter_mut().zip(slope).for_each(|(entry, s)| *entry += along * s);
+                    }
+                    continue;
+                };
+                let (along, across) = (square * slope[j] + factor * b, factor * slope[j]);
+                for ((entry, s), b) in column.iter_mut().zip(slope).zip(beside) {
+                    *entry += along * s + across * b;
+                }
+            }
+        }
+        if let Some(slipping) = &self.slipping {
+            self.add_friction(slipping, moves, slope, out);
+        }
+    }
+
+    /// Writes the increments of pressure and traction for a step that changes the gap and moves the trace function.
+    pub(super) fn advance(&self, change: f64, moved: &Point<D>, step: &mut [f64]) {
+        let mut traction = -self.traction;
+        if self.is_active() {
+            step[0] = -self.proximal * (self.gap + change);
+            traction += self.next(change, moved);
+        } else {
+            step[0] = -self.pressure;
+        }
+        step[1..].iter_mut().zip(&traction).for_each(|(s, t)| *s = *t);
+    }
+
+    /// Adds what a change of the load factor does to the increments.
+    pub(super) fn advance_load(&self, load_step: f64, step: &mut [f64]) {
+        if self.is_active() {
+            step[0] -= self.proximal * self.by_load * load_step;
+            step[1..].iter_mut().zip(&self.next_by_load(load_step)).for_each(|(s, t)| *s += *t);
+        }
+    }
+
+    /// The part of a step after which a trace function that does not touch has gone too far in, or further than where it is inside already.
+    pub(super) fn farthest(&self, change: f64) -> f64 {
+        let most = self.gap.max(0.0) + TOO_FAR * self.width;
+        if change < -most { most / -change } else { 1.0 }
+    }
+}
+
+/// What trace functions are found to do at a state, all of one part and then those of the other.
+pub(crate) struct Pressed<const D: usize> {
+    /// Mean gaps, infinite where they carry no pressure.
+    pub gaps: Vec<f64>,
+    /// Forces on the body, and their parts against the normal.
+    pub forces: Vec<Point<D>>,
+    pub normal_forces: Vec<f64>,
+    /// Whether they touch, and whether those that carry pressures slide.
+    pub active: Vec<bool>,
+    pub slides: Vec<bool>,
+    /// The force on what carries pressures.
+    pub total: Point<D>,
+}
+
+impl<const D: usize> Pressed<D> {
+    pub(super) fn new(traces: usize) -> Self {
+        Pressed {
+            gaps: vec![f64::INFINITY; traces],
+            forces: vec![Point::zeros(); traces],
+            normal_forces: vec![0.0; traces],
+            active: vec![false; traces],
+            slides: vec![false; traces],
+            total: Point::zeros(),
+        }
+    }
+}
