@@ -167,12 +167,13 @@ pub(super) struct Slipping<const D: usize> {
 }
 
 /// Derivatives of a mean gap over some unknowns, times the area that it is a mean over.
-#[derive(Default)]
 pub(super) struct Gradients {
     pub slope: Vec<f64>,
-    /// A vector $b$ of which the matrix has $s\\,b^{\mathsf T} + b\\,s^{\mathsf T}$ beside the slope $s$, and the factor of both; empty where there is none.
+    /// A vector $b$ of which the matrix has $s\\,b^{\mathsf T} + b\\,s^{\mathsf T}$ beside the slope $s$, empty where there is none; the factor of
+    /// both, and that of $s\\,s^{\mathsf T}$ that comes to the law's.
     pub beside: Vec<f64>,
     pub factor: f64,
+    pub square: f64,
 }
 
 impl<const D: usize> Touch<D> {
@@ -188,7 +189,7 @@ impl<const D: usize> Touch<D> {
 
     /// Adds forces and matrix; `moves` are places of unknowns with the slip times area that they make.
     pub(super) fn add(&self, gradients: &Gradients, moves: &[(usize, Point<D>)], out: &mut Element) {
-        let Gradients { slope, beside, factor } = gradients;
+        let Gradients { slope, beside, factor, square: more } = gradients;
         let [pressure, proximal] = self.concentrated();
         // Pressures that are kept uncondensed have a row of their own for the gap.
         let condensed = out.uncondensed.is_none();
@@ -207,6 +208,7 @@ impl<const D: usize> Touch<D> {
             // A pressure that changes from one trace function to the next meets w/μ.
             zone.shear = self.decisive / self.area;
         } else if out.with_matrix {
+            let square = square + more;
             for (j, column) in out.matrix.chunks_exact_mut(slope.len()).enumerate() {
                 let Some(b) = beside.get(j) else {
                     let along = square * slope[j];

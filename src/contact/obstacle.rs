@@ -49,9 +49,21 @@ pub(crate) struct LocalContact<const D: usize> {
     pub beside: Point<D>,
     /// By how much the surface has turned \[rad\], and what a unit angle moves it by under the trace function \[length\].
     pub angle: f64,
+    arm: Point<D>,
     pub spun: Point<D>,
     /// How the surface moves under the trace function with the load factor.
     rate: Point<D>,
+}
+
+/// A point of the boundary beside the surface.
+pub(crate) struct Beside<const D: usize> {
+    pub point: u32,
+    moved: Point<D>,
+    place: Point<D>,
+    pub found: Nearest<D>,
+    arm: Point<D>,
+    /// How the unknowns of the surface itself move it there: its travel and its turn, times the lever.
+    motions: [Option<Point<D>>; 2],
 }
 
 impl<const D: usize> LocalContact<D> {
@@ -71,17 +83,30 @@ impl<const D: usize> RigidContact<D> {
         self.surface.turning.as_ref().is_some_and(|turning| turning.free)
     }
 
-    /// How the unknowns of the surface itself move it at the end of an arm.
-    fn motions(&self, placed: &Placed<D>, arm: &Point<D>) -> [Option<Point<D>>; 2] {
-        [self.surface.free_direction(), self.turns_freely().then(|| placed.spun(arm) / self.lever)]
+    /// A point of the boundary beside the surface.
+    fn beside(&self, placed: &Placed<D>, point: u32, view: &View<'_>) -> Beside<D> {
+        let moved = self.contact_surface.displacement(point, view.displacement);
+        let place = self.contact_surface.table.positions()[point as usize] + moved;
+        let arm = placed.arm(&place);
+        let spun = self.turns_freely().then(|| placed.spun(&arm) / self.lever);
+        let found = placed.nearest(&*self.surface.shape, &place);
+        Beside { point, moved, place, found, arm, motions: [self.surface.free_direction(), spun] }
     }
 
-    /// How much a step of the unknowns of the surface moves it at the end of an arm.
-    fn moved(&self, placed: &Placed<D>, arm: &Point<D>, step: &[f64]) -> Point<D> {
-        let Some(node) = self.rigid_dof else { return Point::zeros() };
-        let own = |i: usize| step[node as usize * D + i];
-        let motions = self.motions(placed, arm).into_iter().enumerate();
-        motions.filter_map(|(i, motion)| motion.map(|motion| motion * own(i))).sum()
+    /// Lists what unknowns of a cluster of `size` move a point by beside the surface: displacements of the nodes that it sees, by their places
+    /// there, then those of the surface itself.
+    fn list(size: usize, beside: &Beside<D>, seen: (&[u16], &[f64]), list: &mut Vec<(usize, Point<D>)>) {
+        list.clear();
+        for (&node, value) in seen.0.iter().zip(seen.1) {
+            list.extend((0..D).map(|i| {
+                let mut by = Point::zeros();
+                by[i] = *value;
+                (node as usize * D + i, by)
+            }));
+        }
+        for (m, motion) in beside.motions.iter().enumerate() {
+            list.extend(motion.map(|motion| (size - D + m, -motion)));
+        }
     }
 
     /// The contact of a boundary part with a surface.
@@ -108,42 +133,40 @@ impl<const D: usize> RigidContact<D> {
             let unknowns = D * contact.rigid_dof.map_or(0, |node| node as usize + 1).max(table.node_count());
             let rest = vec![0.0; unknowns];
             let view = View { displacement: &rest, condensed: &[], load: 0.0 };
-            let gaps = (0..all).map(|trace| contact.local_contact(trace, &view, |_, _, _, _| {}).gap);
+            let gaps = (0..all).map(|trace| contact.local_contact(trace, &view, |_, _, _| {}).gap);
             contact.law.at_rest = gaps.collect();
             contact.law.interference = contact.surface.interference;
         }
         contact
     }
 
-    /// Visits the points of a trace function, with their parts in its gap times area, $A_J\\,\partial\bar g_J/\partial g$.
+    /// Visits the points of a trace function, with their parts in its gap times area, $A_J\\,\partial\bar g_J/\partial g$, and what depth has
+    /// besides in the second derivatives, $w\\,c''$.
     pub(crate) fn local_contact(
         &self,
         trace: usize,
         view: &View<'_>,
-        mut visit: impl FnMut(usize, f64, &Nearest<D>, &Point<D>),
+        mut visit: impl FnMut(usize, [f64; 2], &Beside<D>),
     ) -> LocalContact<D> {
         let (index, trace) = (trace, &self.contact_surface.traces[trace]);
         let placed = self.placed(view.displacement, view.load);
         let mut points = Vec::with_capacity(trace.points.len());
         let mut gaps = Vec::with_capacity(trace.points.len());
-        let (mut beside, mut all_arms) = (Point::<D>::zeros(), Point::<D>::zeros());
+        let (mut moved, mut all_arms) = (Point::<D>::zeros(), Point::<D>::zeros());
         for &(point, weight) in &trace.points {
-            let u = self.contact_surface.displacement(point, view.displacement);
-            let x = self.contact_surface.table.positions()[point as usize] + u;
-            let found = placed.nearest(&*self.surface.shape, &x);
-            let arm = placed.arm(&x);
-            gaps.push((found.gap, weight));
-            beside += u * weight;
-            all_arms += arm * weight;
-            points.push((found, arm));
+            let beside = self.beside(&placed, point, view);
+            gaps.push((beside.found.gap, weight));
+            moved += beside.moved * weight;
+            all_arms += beside.arm * weight;
+            points.push(beside);
         }
         let mean = CountedMean::new(&gaps, trace.width);
         let (mut by_load, mut normal) = (0.0, Point::<D>::zeros());
-        for (k, ((found, arm), (gap, weight))) in points.iter().zip(&gaps).enumerate() {
+        for (k, (beside, (gap, weight))) in points.iter().zip(&gaps).enumerate() {
             let part = weight * mean.part(*gap);
-            by_load -= part * found.normal.dot(&placed.rate(arm));
-            normal += found.normal * part;
-            visit(k, part, found, arm);
+            by_load -= part * beside.found.normal.dot(&placed.rate(&beside.arm));
+            normal += beside.found.normal * part;
+            visit(k, [part, weight * mean.curvature(*gap)], beside);
         }
         let (length, arms) = (normal.norm(), all_arms / trace.area);
         let [shift, shift_by_load] = self.law.shift(index, view.load);
@@ -152,8 +175,9 @@ impl<const D: usize> RigidContact<D> {
             mean,
             by_load: by_load / trace.area + shift_by_load,
             normal: if length > 0.0 { normal / length } else { normal },
-            beside: beside / trace.area - placed.offset,
+            beside: moved / trace.area - placed.offset,
             angle: placed.angle(),
+            arm: arms,
             spun: placed.spun(&arms),
             rate: placed.rate(&arms),
         }
@@ -171,7 +195,7 @@ impl<const D: usize> RigidContact<D> {
     }
 
     fn touches(&self, trace: usize, view: &View<'_>) -> bool {
-        self.touch(trace, view, &self.local_contact(trace, view, |_, _, _, _| {})).is_active()
+        self.touch(trace, view, &self.local_contact(trace, view, |_, _, _| {})).is_active()
     }
 
     /// Where a trace function was beside the surface at the last converged state, and by how much the surface had turned.
@@ -183,20 +207,14 @@ impl<const D: usize> RigidContact<D> {
 
     /// How unknowns of a trace function move it beside the surface, times its area: displacements by $\int\Theta\Psi_a$, also to where the
     /// surface has turned by another way, and travel and turn of the surface.
-    fn moves(&self, trace: usize, view: &View<'_>) -> Vec<(usize, Point<D>)> {
+    fn moves(&self, trace: usize, view: &View<'_>, local_contact: &LocalContact<D>) -> Vec<(usize, Point<D>)> {
         let (_, was) = self.before(trace, view.condensed);
         let placed = self.placed(view.displacement, view.load);
         let trace = &self.contact_surface.traces[trace];
         let mut values = vec![0.0; trace.nodes.len()];
-        let mut arm = Point::<D>::zeros();
         for (k, &(point, weight)) in trace.points.iter().enumerate() {
             for (&l, value) in trace.local(k).iter().zip(self.contact_surface.table.values(point as usize)) {
                 values[l as usize] += weight * value;
-            }
-            if self.surface.turning.is_some() {
-                let x = self.contact_surface.table.positions()[point as usize];
-                arm += placed.arm(&(x + self.contact_surface.displacement(point, view.displacement)))
-                    * (weight / trace.area);
             }
         }
         let turned = |by: Point<D>| by - placed.spun(&by) * (placed.angle() - was);
@@ -205,9 +223,10 @@ impl<const D: usize> RigidContact<D> {
         for (a, value) in values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
             moves.extend((0..D).map(|i| (a * D + i, unit(i) * *value)));
         }
-        let [along, spun] = self.motions(&placed, &arm);
-        for (i, by) in [along.map(turned), spun].into_iter().enumerate() {
-            moves.extend(by.map(|by| ((trace.nodes.len() - 1) * D + i, by * -trace.area)));
+        let own = (trace.nodes.len() - 1) * D;
+        moves.extend(self.surface.free_direction().map(|by| (own, turned(by) * -trace.area)));
+        if self.turns_freely() {
+            moves.push((own + 1, placed.spun(&local_contact.arm) * (-trace.area / self.lever)));
         }
         moves
     }
@@ -219,12 +238,11 @@ impl<const D: usize> RigidContact<D> {
         for (k, trace) in self.contact_surface.traces.iter().enumerate() {
             let (pressure, friction) = self.law.pressure::<D>(k, view.condensed);
             let (mut force, mut own) = (Point::<D>::zeros(), Vector3::zeros());
-            let local_contact = self.local_contact(k, view, |p, part, nearest, _| {
-                let (point, weight) = trace.points[p];
-                depth = depth.max(-nearest.gap);
-                let push = nearest.normal * (pressure * part) + friction * weight;
+            let local_contact = self.local_contact(k, view, |p, [part, _], at| {
+                depth = depth.max(-at.found.gap);
+                let push = at.found.normal * (pressure * part) + friction * trace.points[p].1;
                 force += push;
-                own += padded::<D, 3>(&self.place(point, view)).cross(&padded(&push));
+                own += padded::<D, 3>(&at.place).cross(&padded(&push));
             });
             all.gaps[k] = local_contact.gap;
             all.active[k] = self.touch(k, view, &local_contact).is_active();
@@ -242,7 +260,7 @@ impl<const D: usize> RigidContact<D> {
     /// The work of friction between two states \[force·length\].
     pub(crate) fn friction_work(&self, before: &View<'_>, after: &View<'_>) -> f64 {
         self.law.work(&self.contact_surface, [before.condensed, after.condensed], |trace| {
-            let [was, now] = [before, after].map(|view| self.local_contact(trace, view, |_, _, _, _| {}));
+            let [was, now] = [before, after].map(|view| self.local_contact(trace, view, |_, _, _| {}));
             now.slip(&was.beside, was.angle)
         })
     }
@@ -250,13 +268,10 @@ impl<const D: usize> RigidContact<D> {
     /// Where a trace function that touches lies beyond an open end of the surface.
     pub(crate) fn passed_end(&self, trace: usize, view: &View<'_>) -> Option<Point<D>> {
         let mut passed = None;
-        let points = &self.contact_surface.traces[trace].points;
-        let local_contact = self.local_contact(trace, view, |k, _, found, _| {
-            if found.passed_end {
-                passed = Some(points[k].0);
-            }
+        let local_contact = self.local_contact(trace, view, |_, _, at| {
+            passed = if at.found.passed_end { Some(at.place) } else { passed };
         });
-        passed.filter(|_| self.touch(trace, view, &local_contact).is_active()).map(|point| self.place(point, view))
+        passed.filter(|_| self.touch(trace, view, &local_contact).is_active())
     }
 
     /// Where the surface has come to the inner side of the body in a step: at one trace function, or all in all, so that it pulls. A surface
@@ -266,11 +281,10 @@ impl<const D: usize> RigidContact<D> {
         let (mut pull, mut most, mut at) = (0.0, f64::NEG_INFINITY, 0);
         for (index, trace) in self.contact_surface.traces.iter().enumerate() {
             let mut along = 0.0;
-            let now = self.local_contact(index, after, |k, _, found, _| {
-                let (point, weight) = trace.points[k];
-                let outward = self.contact_surface.outward(point, after.displacement);
-                let cosine = (0..D).map(|i| found.normal[i] * outward[i]).sum::<f64>() / outward.norm();
-                along += weight / trace.area * cosine;
+            let now = self.local_contact(index, after, |k, _, at| {
+                let outward = self.contact_surface.outward(at.point, after.displacement);
+                let cosine = (0..D).map(|i| at.found.normal[i] * outward[i]).sum::<f64>() / outward.norm();
+                along += trace.points[k].1 / trace.area * cosine;
             });
             let touch = self.touch(index, after, &now);
             let is_small = now.gap < trace.width && self.surface.shape.depth() < trace.width;
@@ -290,12 +304,11 @@ impl<const D: usize> RigidContact<D> {
     /// Whether most of the nearest places of the surface are beside another part of the boundary: the body has slipped past it there.
     fn is_shielded(&self, trace: usize, view: &View<'_>) -> bool {
         let (table, mut shielded) = (&self.contact_surface.table, 0.0);
-        self.local_contact(trace, view, |k, _, found, _| {
-            let (point, weight) = self.contact_surface.traces[trace].points[k];
-            let nearest = self.place(point, view) - found.normal * found.gap;
+        self.local_contact(trace, view, |k, _, Beside { place, found, .. }| {
+            let nearest = place - found.normal * found.gap;
             let mut others = 0..table.positions().len() as u32;
             if found.gap > 0.0 && others.any(|p| (self.place(p, view) - nearest).norm() < 0.5 * found.gap) {
-                shielded += weight;
+                shielded += self.contact_surface.traces[trace].points[k].1;
             }
         });
         shielded > 0.5 * self.contact_surface.traces[trace].area
@@ -307,32 +320,13 @@ impl<const D: usize> RigidContact<D> {
             + self.contact_surface.displacement(point, view.displacement)
     }
 
-    /// Gap of a trace function, $\nabla\bar g\cdot\delta d$, and its mean displacement beside the surface by the step.
-    fn change(&self, trace: usize, view: &View<'_>, step: &[f64]) -> (LocalContact<D>, f64, Point<D>) {
-        let placed = self.placed(view.displacement, view.load);
-        let (mut change, mut moved) = (0.0, Point::<D>::zeros());
-        let points = &self.contact_surface.traces[trace].points;
-        let was = if self.law.has_friction() { self.before(trace, view.condensed).1 } else { 0.0 };
-        let local_contact = self.local_contact(trace, view, |k, part, found, arm| {
-            let (point, weight) = points[k];
-            let (by, pushed) = (self.contact_surface.displacement(point, step), self.moved(&placed, arm, step));
-            change += part * found.normal.dot(&(by - pushed));
-            let along = self.moved(&placed, &Point::zeros(), step);
-            moved += (by - pushed - placed.spun(&(by - along)) * (placed.angle() - was)) * weight;
-        });
-        let area = self.contact_surface.traces[trace].area;
-        (local_contact, change / area, moved / area)
-    }
-}
-
-impl<const D: usize> RigidContact<D> {
     /// Adds the second derivatives of the gaps over a facet, times the pressures there, by displacements and by the motions of the surface,
     /// whose normal turns with it; of one that lets go in this iteration the pressure counts too, and is none in the next. Point by point,
     /// for each lies under many trace functions.
     fn add_curvature(&self, facet: usize, view: &View<'_>, matrix: &mut [f64]) {
         let (contact_surface, table) = (&self.contact_surface, &self.contact_surface.table);
-        let placed = self.placed(view.displacement, view.load);
-        let mut means: Vec<(u32, CountedMean)> = Vec::new();
+        let (placed, size) = (self.placed(view.displacement, view.load), matrix.len().isqrt());
+        let (mut means, mut list): (Vec<(u32, CountedMean)>, _) = (Vec::new(), Vec::new());
         for point in table.clusters().points(facet) {
             let (mut by_normal, mut by_square, mut found) = (0.0, 0.0, None);
             for &(trace, weight) in &contact_surface.over[point] {
@@ -343,133 +337,34 @@ impl<const D: usize> RigidContact<D> {
                 let mean = match means.iter().find(|(other, _)| *other == trace) {
                     Some((_, mean)) => *mean,
                     None => {
-                        let mean = self.local_contact(trace as usize, view, |_, _, _, _| {}).mean;
+                        let mean = self.local_contact(trace as usize, view, |_, _, _| {}).mean;
                         means.push((trace, mean));
                         mean
                     }
                 };
-                let nearest: &Nearest<D> =
-                    found.get_or_insert_with(|| placed.nearest(&*self.surface.shape, &self.place(point as u32, view)));
-                let bent = contact_surface.traces[trace as usize].width * nearest.curvature.norm();
-                by_normal -= force * mean.part(nearest.gap) * (SHARPEST / bent).min(1.0);
-                by_square -= force * mean.curvature(nearest.gap);
+                let at = found.get_or_insert_with(|| self.beside(&placed, point as u32, view));
+                let bent = contact_surface.traces[trace as usize].width * at.found.curvature.norm();
+                by_normal -= force * mean.part(at.found.gap) * (SHARPEST / bent).min(1.0);
+                by_square -= force * mean.curvature(at.found.gap);
             }
-            let Some(found) = found else { continue };
-            let motions = self.motions(&placed, &placed.arm(&self.place(point as u32, view)));
-            let seen = (table.clusters().local(point), table.values(point));
-            if by_square != 0.0 {
-                Self::add_depth(by_square, (&found, &motions), seen, matrix);
-            }
-            if found.curvature.norm() != 0.0 || motions[1].is_some() {
-                Self::add_bent(by_normal, &found, seen, matrix);
-                self.add_turned(by_normal, (&found, &placed, &motions), seen, matrix);
-            }
-        }
-    }
-
-    /// Adds what the second derivatives of the gap of a trace function have beside those of its points: depth counts from the mean,
-    /// $\int\Theta\\,c''\\,(\nabla g - \nabla\bar g)(\nabla g - \nabla\bar g)^T$. Pressures that are kept uncondensed do without it: for an increment that
-    /// leaves the mean gap as it is it vanishes.
-    fn add_mean(&self, trace: usize, view: &View<'_>, mean: &CountedMean, slope: &[f64], matrix: &mut [f64]) {
-        let pressure = self.law.pressure::<D>(trace, view.condensed).0.max(0.0);
-        let (surface, size) = (&self.contact_surface, slope.len());
-        let trace = &surface.traces[trace];
-        let placed = self.placed(view.displacement, view.load);
-        let (mut bent, mut whole) = (vec![0.0; size], 0.0);
-        for (k, &(point, weight)) in trace.points.iter().enumerate() {
-            let x = self.place(point, view);
-            let found = placed.nearest(&*self.surface.shape, &x);
-            let factor = -pressure * weight * mean.curvature(found.gap);
-            if factor == 0.0 {
+            let Some(at) = found else { continue };
+            let normal = at.found.normal;
+            let bend = at.found.curvature * by_normal + normal * normal.transpose() * by_square;
+            let turned = at.motions[1].map(|_| placed.spun(&normal) * (by_normal / self.lever));
+            if turned.is_none() && bend.norm() == 0.0 {
                 continue;
             }
-            whole += factor;
-            for (&l, value) in trace.local(k).iter().zip(surface.table.values(point as usize)) {
-                (0..D).for_each(|i| bent[l as usize * D + i] += factor * value * found.normal[i]);
+            Self::list(size, &at, (table.clusters().local(point), table.values(point)), &mut list);
+            for (column, right) in &list {
+                let (right, column) = (bend * right, &mut matrix[column * size..][..size]);
+                list.iter().for_each(|(row, left)| column[*row] += left.dot(&right));
             }
-            for (i, motion) in self.motions(&placed, &placed.arm(&x)).iter().enumerate() {
-                if let Some(motion) = motion {
-                    bent[size - D + i] -= factor * found.normal.dot(motion);
-                }
-            }
-        }
-        if whole == 0.0 {
-            return;
-        }
-        let (by_area, by_square) = (1.0 / trace.area, whole / trace.area.powi(2));
-        for (column, (slope_b, bent_b)) in matrix.chunks_exact_mut(size).zip(slope.iter().zip(&bent)) {
-            for (entry, (slope_a, bent_a)) in column.iter_mut().zip(slope.iter().zip(&bent)) {
-                *entry += by_square * slope_a * slope_b - by_area * (slope_a * bent_b + bent_a * slope_b);
-            }
-        }
-    }
-
-    /// Adds a factor times the second derivatives of the gap of a point by its displacements.
-    fn add_bent(factor: f64, found: &Nearest<D>, (local, values): (&[u16], &[f64]), matrix: &mut [f64]) {
-        let size = matrix.len().isqrt();
-        for (&b, value) in local.iter().zip(values) {
-            for j in 0..D {
-                let column = &mut matrix[(b as usize * D + j) * size..][..size];
-                for (&a, other) in local.iter().zip(values) {
-                    for i in 0..D {
-                        column[a as usize * D + i] += factor * value * other * found.curvature[(i, j)];
-                    }
-                }
-            }
-        }
-    }
-
-    /// Adds a factor times the square of the derivative of the gap of a point, by its displacements and the motions of the surface.
-    fn add_depth(
-        factor: f64,
-        (found, motions): (&Nearest<D>, &[Option<Point<D>>; 2]),
-        (local, values): (&[u16], &[f64]),
-        matrix: &mut [f64],
-    ) {
-        let size = matrix.len().isqrt();
-        let mut slope: Vec<(usize, f64)> = Vec::with_capacity(values.len() * D + motions.len());
-        for (&a, value) in local.iter().zip(values) {
-            slope.extend((0..D).map(|i| (a as usize * D + i, value * found.normal[i])));
-        }
-        for (m, motion) in motions.iter().enumerate() {
-            slope.extend(motion.map(|motion| (size - D + m, -found.normal.dot(&motion))));
-        }
-        for &(column, right) in &slope {
-            for &(row, left) in &slope {
-                matrix[column * size + row] += factor * left * right;
-            }
-        }
-    }
-
-    /// Adds a factor times the second derivatives of the gap of a point by the motions of the surface.
-    fn add_turned(
-        &self,
-        factor: f64,
-        (found, placed, motions): (&Nearest<D>, &Placed<D>, &[Option<Point<D>>; 2]),
-        (local, values): (&[u16], &[f64]),
-        matrix: &mut [f64],
-    ) {
-        let size = matrix.len().isqrt();
-        let spun = [Point::zeros(), placed.spun(&found.normal) / self.lever];
-        for (m, motion) in motions.iter().enumerate() {
-            let Some(motion) = motion else { continue };
-            // The change of the normal with this motion.
-            let turned = spun[m] - found.curvature * motion;
-            let place = size - D + m;
-            for (&a, value) in local.iter().zip(values) {
-                for i in 0..D {
-                    let entry = factor * value * turned[i];
-                    matrix[place * size + a as usize * D + i] += entry;
-                    matrix[(a as usize * D + i) * size + place] += entry;
-                }
-            }
-            for (l, other) in motions.iter().enumerate().take(m + 1) {
-                let Some(other) = other else { continue };
-                let (entry, row) = (-factor * turned.dot(other), size - D + l);
-                matrix[place * size + row] += entry;
-                if l != m {
-                    matrix[row * size + place] += entry;
-                }
+            // The normal turns with the surface.
+            let (Some(turned), Some(&(turn, _))) = (turned, list.last()) else { continue };
+            for (place, by) in &list {
+                let entry = turned.dot(by);
+                matrix[turn * size + place] += entry;
+                matrix[place * size + turn] += if *place == turn { 0.0 } else { entry };
             }
         }
     }
@@ -517,46 +412,59 @@ impl<const D: usize> Term for RigidContact<D> {
             }
             return;
         }
-        let trace = &self.contact_surface.traces[cluster];
+        let (trace, kept) = (&self.contact_surface.traces[cluster], out.uncondensed.is_some());
         let size = trace.nodes.len() * D;
-        // ∇ḡ A, in the buffer of the element.
+        // ∇ḡ A, in the buffer of the element, and what depth that counts from the mean has in the second derivatives,
+        // ∫ Θ c'' (∇g - ∇ḡ)(∇g - ∇ḡ)ᵀ. Pressures that are kept uncondensed do without it: for an increment that leaves the mean gap as it is
+        // it vanishes.
         let mut slope = std::mem::take(&mut out.scratch);
         slope.clear();
         slope.resize(size, 0.0);
-        let placed = self.placed(view.displacement, view.load);
-        let local_contact = self.local_contact(cluster, &view, |k, part, found, arm| {
-            let values = self.contact_surface.table.values(trace.points[k].0 as usize);
-            let motions = self.motions(&placed, arm);
-            for (&l, value) in trace.local(k).iter().zip(values) {
-                for i in 0..D {
-                    slope[l as usize * D + i] += part * value * found.normal[i];
-                }
-            }
-            for (i, motion) in motions.iter().enumerate() {
-                if let Some(motion) = motion {
-                    slope[size - D + i] -= part * found.normal.dot(motion);
-                }
+        let bent =
+            if out.with_matrix && !kept { self.law.pressure::<D>(cluster, view.condensed).0.max(0.0) } else { 0.0 };
+        let (mut beside, mut whole, mut list) = (Vec::new(), 0.0, Vec::new());
+        let local_contact = self.local_contact(cluster, &view, |k, [part, more], at| {
+            let values = self.contact_surface.table.values(at.point as usize);
+            Self::list(size, at, (trace.local(k), values), &mut list);
+            let more = -bent * more;
+            list.iter().for_each(|(place, by)| slope[*place] += part * at.found.normal.dot(by));
+            if more != 0.0 {
+                whole += more;
+                beside.resize(size, 0.0);
+                list.iter().for_each(|(place, by)| beside[*place] += more * at.found.normal.dot(by));
             }
         });
+        let (factor, square) = (-1.0 / trace.area, whole / trace.area.powi(2));
+        let gradients = Gradients { slope, beside, factor, square };
         let touch = self.touch(cluster, &view, &local_contact);
-        let mut gradients = Gradients { slope, ..Gradients::default() };
         if touch.is_active() {
-            let moves = if self.law.has_friction() { self.moves(cluster, &view) } else { Vec::new() };
-            let kept = out.uncondensed.is_some();
+            let moves = if self.law.has_friction() { self.moves(cluster, &view, &local_contact) } else { Vec::new() };
             touch.add(&gradients, &moves, out);
-            if out.with_matrix && !kept {
-                self.add_mean(cluster, &view, &local_contact.mean, &gradients.slope, &mut out.matrix);
-            }
         }
-        out.scratch = std::mem::take(&mut gradients.slope);
+        out.scratch = gradients.slope;
     }
 
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
         if self.facet_of(cluster).is_some() {
             return 1.0;
         }
-        let (local_contact, change, moved) = self.change(cluster, &view, step);
+        let (trace, mut change) = (&self.contact_surface.traces[cluster], 0.0);
+        let own = |m: usize| self.rigid_dof.map_or(0.0, |node| step[node as usize * D + m]);
+        let local_contact = self.local_contact(cluster, &view, |_, [part, _], at| {
+            let mut by = self.contact_surface.displacement(at.point, step);
+            for (m, motion) in at.motions.iter().enumerate() {
+                by -= motion.map_or_else(Point::zeros, |motion| motion * own(m));
+            }
+            change += part * at.found.normal.dot(&by);
+        });
         let touch = self.touch(cluster, &view, &local_contact);
+        let mut moved = Point::zeros();
+        if touch.slipping.is_some() {
+            for (place, by) in self.moves(cluster, &view, &local_contact) {
+                moved += by * (step[trace.nodes[place / D] as usize * D + place % D] / trace.area);
+            }
+        }
+        let change = change / trace.area;
         touch.advance(change, &moved, condensed_step);
         if touch.is_active() { 1.0 } else { touch.farthest(change) }
     }
@@ -623,7 +531,7 @@ impl<const D: usize> History for RigidContact<D> {
     fn update(&self, view: View<'_>, next: &mut [f64]) {
         let traces = self.contact_surface.traces.len();
         for (trace, now) in next.chunks_exact_mut(D).take(traces).enumerate() {
-            now.copy_from_slice(self.local_contact(trace, &view, |_, _, _, _| {}).beside.as_slice());
+            now.copy_from_slice(self.local_contact(trace, &view, |_, _, _| {}).beside.as_slice());
         }
         let angle = self.placed(view.displacement, view.load).angle();
         next.iter_mut().skip(traces * D).for_each(|now| *now = angle);
@@ -637,7 +545,7 @@ impl<const D: usize> Unilateral for RigidContact<D> {
 
     fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
         if self.facet_of(cluster).is_none() {
-            let local_contact = self.local_contact(cluster, &view, |_, _, _, _| {});
+            let local_contact = self.local_contact(cluster, &view, |_, _, _| {});
             self.touch(cluster, &view, &local_contact).advance_load(load_step, condensed_step);
         }
     }

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, SVector, Vector3};
 
 use crate::cells::BoundaryCells;
 use crate::geometry::{Point, padded};
-use crate::term::{PointMotion, View};
+use crate::term::{Element, PointMotion, View};
 
 use super::chain::{Chain, Chord, Laid};
 use super::faces::{Faces, LaidFaces};
@@ -102,15 +102,6 @@ pub(super) struct Gathered {
     /// Gradients of the gap times area, and of the area.
     pub(super) slope: Vec<f64>,
     pub(super) area_slope: Vec<f64>,
-    /// Column by column, without what triangles add to it; empty where it was not asked for.
-    pub(super) curve: Vec<f64>,
-}
-
-/// Whether the second derivatives of pieces are needed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Order {
-    First,
-    Second,
 }
 
 /// Unilateral contact between two boundary parts, or of a part with itself, with Coulomb's friction or without.
@@ -572,7 +563,6 @@ impl<const D: usize> PairContact<D> {
         pieces: &[Piece<D>],
         others: impl Iterator<Item = u32>,
         state: &State<D>,
-        order: Order,
     ) -> Gathered {
         let parts = |mover: u32| &self.movers.parts[mover as usize];
         let mut movers: Vec<u32> = Vec::new();
@@ -592,12 +582,7 @@ impl<const D: usize> PairContact<D> {
         points.dedup();
         let place = |point: u32| points.partition_point(|&p| p < point) * D;
         let size = points.len() * D;
-        let mut found = Gathered {
-            slope: vec![0.0; size],
-            area_slope: vec![0.0; size],
-            curve: if order == Order::Second { vec![0.0; size * size] } else { Vec::new() },
-            points: Vec::new(),
-        };
+        let mut found = Gathered { slope: vec![0.0; size], area_slope: vec![0.0; size], points: Vec::new() };
         // Over movers first, which many pieces share.
         let mut over_movers = vec![[[0.0; D]; 2]; movers.len()];
         for piece in pieces {
@@ -609,25 +594,6 @@ impl<const D: usize> PairContact<D> {
                 slopes[i % D] += slope;
                 area_slopes[i % D] += area_slope;
             });
-            let Source::Here(Derivatives { curve, .. }) = &piece.source else { continue };
-            if order == Order::First {
-                continue;
-            }
-            // For each point its first place, the first coordinate of its mover, and its part.
-            let mut spread: Vec<(usize, usize, f64)> = Vec::new();
-            for (k, &mover) in piece.movers().iter().enumerate() {
-                for &(point, part) in parts(mover) {
-                    spread.push((place(point), k * D, part));
-                }
-            }
-            for &(column, second, b) in &spread {
-                for j in 0..D {
-                    let target = &mut found.curve[(column + j) * size..][..size];
-                    for &(place, first, a) in &spread {
-                        (0..D).for_each(|i| target[place + i] += a * b * curve[(first + i, second + j)]);
-                    }
-                }
-            }
         }
         for (&mover, [slope, area_slope]) in movers.iter().zip(&over_movers) {
             for &(point, part) in parts(mover) {
@@ -642,35 +608,43 @@ impl<const D: usize> PairContact<D> {
         found
     }
 
-    /// Visits the second derivatives of what triangles add to the gaps of trace functions times area, with a factor for each trace function:
-    /// points with their parts, and the block of two of them by columns.
-    pub(super) fn curves(
-        &self,
-        factors: &[f64],
-        state: &State<D>,
-        mut visit: impl FnMut(u32, u32, f64, &[[f64; D]; D]),
-    ) {
+    /// Adds the second derivatives of the gaps of trace functions times area, with a factor for each trace function whose pieces are given.
+    pub(super) fn add_curves(&self, pressed: &[(u32, f64, &[Piece<D>])], state: &State<D>, out: &mut Element) {
+        for (_, factor, pieces) in pressed.iter().filter(|(_, factor, _)| *factor != 0.0) {
+            for piece in *pieces {
+                if let Source::Here(Derivatives { curve, .. }) = &piece.source {
+                    self.add_curve(piece.movers(), *factor, curve.as_slice(), out);
+                }
+            }
+        }
+        // Those of triangles once for all of their corners.
         let (Geometry::Space(faces), Opposite::Space(laid)) = (&self.geometry, &state.opposite) else { return };
         let mut at_corners = vec![[0.0; 3]; laid.facing.len()];
-        for (of, factor) in faces.of_trace.iter().zip(factors).filter(|(_, factor)| **factor != 0.0) {
-            for (triangle, parts) in of {
+        for (trace, factor, _) in pressed.iter().filter(|(_, factor, _)| *factor != 0.0) {
+            for (triangle, parts) in &faces.of_trace[*trace as usize] {
                 let corners = &mut at_corners[*triangle as usize];
                 corners.iter_mut().zip(parts).for_each(|(corner, part)| *corner += factor * part);
             }
         }
         for (triangle, factors) in at_corners.into_iter().enumerate().filter(|(_, factors)| *factors != [0.0; 3]) {
-            let own = faces.triangles[triangle].movers;
+            let [a, b, c] = faces.triangles[triangle].movers;
             for facing in &laid.facing[triangle] {
-                let curve = laid.curve(triangle, facing, factors);
-                let other = faces.triangles[facing.other as usize].movers;
-                let movers = [own[0], own[1], own[2], other[0], other[1], other[2]];
-                for (b, column) in movers.iter().enumerate() {
-                    for (a, row) in movers.iter().enumerate() {
-                        let block = std::array::from_fn(|j| std::array::from_fn(|i| curve[(a * D + i, b * D + j)]));
-                        for &(point, part) in &self.movers.parts[*column as usize] {
-                            for &(beside, other) in &self.movers.parts[*row as usize] {
-                                visit(beside, point, part * other, &block);
-                            }
+                let [d, e, f] = faces.triangles[facing.other as usize].movers;
+                self.add_curve(&[a, b, c, d, e, f], 1.0, laid.curve(triangle, facing, factors).as_slice(), out);
+            }
+        }
+    }
+
+    /// Adds second derivatives over the coordinates of movers, by columns, times a factor.
+    fn add_curve(&self, movers: &[u32], factor: f64, curve: &[f64], out: &mut Element) {
+        let size = movers.len() * D;
+        for (b, column) in movers.iter().enumerate() {
+            for (a, row) in movers.iter().enumerate() {
+                for &(point, part) in &self.movers.parts[*column as usize] {
+                    for &(beside, other) in &self.movers.parts[*row as usize] {
+                        let (block, factor) = (out.points.block::<D>(beside, point), factor * part * other);
+                        for j in 0..D {
+                            (0..D).for_each(|i| block[j][i] += factor * curve[(b * D + j) * size + a * D + i]);
                         }
                     }
                 }

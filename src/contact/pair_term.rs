@@ -5,12 +5,13 @@ use crate::term::{CondensedUnknowns, Element, History, PointMotion, Protocol, Te
 
 use super::friction::friction_step;
 use super::law::{Gradients, Touch};
-use super::pair::{Gathered, Held, Order, PairContact, Piece, Slip, State};
+use super::pair::{Gathered, Held, PairContact, Piece, Slip, State};
 
 /// A trace function that touches.
 struct Touching<const D: usize> {
     trace: usize,
     touch: Touch<D>,
+    pieces: Vec<Piece<D>>,
     /// Over the points that it presses on and, with friction, those that its slip is of.
     gathered: Gathered,
 }
@@ -36,7 +37,7 @@ impl<const D: usize> Term for PairContact<D> {
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
         let state = self.now(view.displacement);
         let held = self.law.has_friction().then(|| self.held(view.condensed));
-        let touching = self.touching(&view, &state, held.as_deref(), out.with_matrix);
+        let touching = self.touching(&view, &state, held.as_deref());
         if touching.is_empty() {
             return;
         }
@@ -46,14 +47,9 @@ impl<const D: usize> Term for PairContact<D> {
             if held.is_some() {
                 out.point_coupling.reset::<D>(self.motion.len(), lists);
             }
-            let mut factors = vec![0.0; self.carrying];
-            touching.iter().for_each(|touching| factors[touching.trace] = -touching.touch.concentrated()[0].max(0.0));
-            self.curves(&factors, &state, |row, column, factor, block| {
-                let target = out.points.block::<D>(row, column);
-                for j in 0..D {
-                    (0..D).for_each(|i| target[j][i] += factor * block[j][i]);
-                }
-            });
+            let factor = |touching: &Touching<D>| -touching.touch.concentrated()[0].max(0.0);
+            let pressed = touching.iter().map(|touching| (touching.trace as u32, factor(touching), &*touching.pieces));
+            self.add_curves(&pressed.collect::<Vec<_>>(), &state, out);
         }
         let (mut forces, mut squares) = (vec![0.0; out.residual.len()], 0.0);
         let mut own = Element::default();
@@ -166,26 +162,18 @@ impl<const D: usize> Protocol for PairContact<D> {
 
 impl<const D: usize> PairContact<D> {
     /// The trace functions that touch.
-    fn touching(
-        &self,
-        view: &View<'_>,
-        state: &State<D>,
-        held: Option<&Held<D>>,
-        with_matrix: bool,
-    ) -> Vec<Touching<D>> {
-        let mut pieces: Vec<Piece<D>> = Vec::new();
+    fn touching(&self, view: &View<'_>, state: &State<D>, held: Option<&Held<D>>) -> Vec<Touching<D>> {
         let since = self.moved_since(view.displacement, view.condensed);
         let of = |trace: usize| {
-            pieces.clear();
+            let mut pieces: Vec<Piece<D>> = Vec::new();
             let overlap = self.overlap(trace, state, view.load, |piece| pieces.push(piece));
             let slip = held.and_then(|held| held.slips[trace].as_ref());
             let touch = self.touch(trace, view, &overlap, slip.map(|slip| (slip, &*since)));
-            if !touch.is_active() {
-                return None;
-            }
-            let order = if with_matrix && touch.pressure > 0.0 { Order::Second } else { Order::First };
             let others = slip.iter().flat_map(|slip| slip.weights.iter().map(|entry| entry.0));
-            Some(Touching { trace, gathered: self.gathered(&pieces, others, state, order), touch })
+            touch.is_active().then(|| {
+                let gathered = self.gathered(&pieces, others, state);
+                Touching { trace, touch, pieces, gathered }
+            })
         };
         (0..self.carrying).filter_map(of).collect()
     }
@@ -200,17 +188,15 @@ impl<const D: usize> PairContact<D> {
         // A ∇ḡ.
         let both = gathered.slope.iter().zip(&gathered.area_slope);
         let slope: Vec<f64> = both.map(|(s, a)| s - touch.gap * a).collect();
-        let Gathered { points, area_slope, curve, .. } = gathered;
-        let [pressure, _] = touch.concentrated();
-        out.matrix.iter_mut().zip(&curve).for_each(|(entry, curve)| *entry -= pressure * curve);
+        let Gathered { points, area_slope, .. } = gathered;
         let mut moves: Vec<(usize, Point<D>)> = Vec::new();
         for &(point, value) in slip.iter().flat_map(|slip| &slip.weights) {
             let place = points.partition_point(|&p| p < point);
             let along = |i: usize| Point::<D>::from_fn(|j, _| if i == j { touch.area * value } else { 0.0 });
             moves.extend((0..D).map(|i| (place * D + i, along(i))));
         }
-        let factor = pressure.max(0.0) / touch.gap_area;
-        touch.add(&Gradients { slope, beside: area_slope, factor }, &moves, out);
+        let factor = touch.concentrated()[0].max(0.0) / touch.gap_area;
+        touch.add(&Gradients { slope, beside: area_slope, factor, square: 0.0 }, &moves, out);
         points
     }
 

@@ -143,7 +143,7 @@ impl<const D: usize> Law<D> {
         let view = View { displacement: rest, condensed: &[], load: 0.0 };
         let free = rigid.and_then(|law| law.surface.free_direction());
         let barred = |k: usize, normal: &Point<D>| match rigid {
-            Some(law) => (law.local_contact(k, &view, |_, _, _, _| {}).normal, free),
+            Some(law) => (law.local_contact(k, &view, |_, _, _| {}).normal, free),
             None => (*normal, None),
         };
         along_directions(surface, friction && self.has_friction(), barred, &mut |trace, x, direction| {

@@ -134,14 +134,13 @@ fn depths<const D: usize>(law: &RigidContact<D>, view: &View<'_>) -> Depths<D> {
     let (mut worst, mut largest) = (1.0, 0.0);
     for (k, trace) in law.contact_surface.traces.iter().enumerate() {
         let (mut area, mut depth, mut deepest) = (0.0, 0.0, Point::<D>::zeros());
-        law.local_contact(k, view, |p, _, nearest, _| {
-            let (point, weight) = trace.points[p];
-            if nearest.gap < 0.0 {
-                area += weight;
+        law.local_contact(k, view, |p, _, at| {
+            if at.found.gap < 0.0 {
+                area += trace.points[p].1;
             }
-            if -nearest.gap > depth {
-                depth = -nearest.gap;
-                deepest = law.contact_surface.table.positions()[point as usize];
+            if -at.found.gap > depth {
+                depth = -at.found.gap;
+                deepest = law.contact_surface.table.positions()[at.point as usize];
             }
         });
         let limit = DEEPEST * trace.width;
