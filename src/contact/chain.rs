@@ -1,12 +1,13 @@
 //! The boundary parts that may touch each other as chains of chords, and which chord faces which.
 
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 
+use super::bins::{Bins, around};
 use super::facing::{BEHIND, THROUGH};
 use super::mortar::{End, Facing, Overlap};
 
 /// Bins around a chord that are searched: what is further away is not looked for.
-const REACH: usize = 16;
+const REACH: i32 = 16;
 /// Differences of places along a chord that are none.
 const SAME: f64 = 1e-12;
 
@@ -88,13 +89,16 @@ impl Chain {
 
     /// Finds what faces each chord that carries pressures.
     pub(crate) fn laid(&self, ends: Vec<Point<2>>) -> Laid {
-        let boxes = self.chords.iter().map(|chord| {
-            let [a, b] = chord.traces.map(|trace| ends[trace as usize]);
-            [a.zip_map(&b, f64::min), a.zip_map(&b, f64::max)]
-        });
-        let bins = Bins::new(&boxes.collect::<Vec<_>>());
+        let around = |chord: &Chord| around(&chord.traces.map(|trace| padded(&ends[trace as usize])));
+        let boxes: Vec<(u32, [Point<3>; 2])> = (0..).zip(self.chords.iter().map(around)).collect();
+        let longest = boxes.iter().map(|(_, [a, b])| (b - a).amax()).fold(0.0, f64::max);
+        let start = boxes.first().map_or([Point::zeros(); 2], |(_, ends)| *ends);
+        let [low, high] = boxes.iter().fold(start, |[low, high], (_, [a, b])| [low.inf(a), high.sup(b)]);
+        // About as many bins as there are chords.
+        let mean = ((high[0] - low[0]) * (high[1] - low[1]) / boxes.len() as f64).sqrt();
+        let bins = Bins::new(&boxes, longest.max(mean));
         let facing = (0..self.chords.len()).map(|chord| self.search(chord, &ends, &bins)).collect();
-        Laid { ends, facing, reach: (REACH - 1) as f64 * bins.size }
+        Laid { ends, facing, reach: f64::from(REACH - 1) * bins.size }
     }
 
     /// What faces a chord along its normal, the nearest where there are several. Of two chords that face each other the one that
@@ -112,38 +116,38 @@ impl Chain {
         // Chords opposite with the places of their ends along this one and their distances.
         let mut found: Vec<(u32, [f64; 2], [f64; 2])> = Vec::new();
         let (mut covered, mut farthest) = (0.0, 0.0f64);
-        let middle = (a + b) * 0.5;
+        let middle = padded(&((a + b) * 0.5));
         for ring in 0..bins.rings().min(REACH) {
-            if covered >= 1.0 - SAME && farthest < (ring as f64 - 1.0) * bins.size - length {
+            if covered >= 1.0 - SAME && farthest < (f64::from(ring) - 1.0) * bins.size - length {
                 break;
             }
-            for other in bins.ring(&middle, ring) {
+            bins.ring(&middle, ring, |other| {
                 let its = &self.chords[other as usize];
                 if self.two && its.part == mine.part || found.iter().any(|f| f.0 == other) {
-                    continue;
+                    return;
                 }
                 let points = its.traces.map(|trace| ends[trace as usize]);
                 let places = points.map(|y| (y - a).dot(&along) / square);
                 let (from, to) = (places[0].min(places[1]).max(0.0), places[0].max(places[1]).min(1.0));
                 if !(to - from > SAME) {
-                    continue;
+                    return;
                 }
                 let direction = points[1] - points[0];
                 let size = direction.norm();
                 let its_normal = Point::<2>::new(direction[1], -direction[0]) * (its.sign / size);
                 if normal.dot(&its_normal) >= 0.0 || self.beside[chord].binary_search(&other).is_ok() {
-                    continue;
+                    return;
                 }
                 let gaps = points.map(|y| (y - a).dot(&normal));
                 let at = |place: f64| gaps[0] + (gaps[1] - gaps[0]) * (place - places[0]) / (places[1] - places[0]);
                 let gap = at(0.5 * (from + to));
                 if gap < -BEHIND * length.max(size) - self.deeper || gap < 0.0 && !self.two && self.through(mine, its) {
-                    continue;
+                    return;
                 }
                 covered += to - from;
                 farthest = farthest.max(gap.abs());
                 found.push((other, places, gaps));
-            }
+            });
         }
         let mut cuts = vec![0.0, 1.0];
         cuts.extend(found.iter().flat_map(|f| f.1).filter(|&place| place > 0.0 && place < 1.0));
@@ -183,67 +187,5 @@ impl Chain {
     fn through(&self, mine: &Chord, its: &Chord) -> bool {
         let direction = its.middle - mine.middle;
         direction.dot(&mine.outward) < -THROUGH * direction.norm()
-    }
-}
-
-/// Chords in a grid of square bins, about as many as there are chords: a search looks into a few of them.
-struct Bins {
-    low: Point<2>,
-    size: f64,
-    counts: [usize; 2],
-    offsets: Vec<usize>,
-    chords: Vec<u32>,
-}
-
-impl Bins {
-    fn new(boxes: &[[Point<2>; 2]]) -> Self {
-        let mut low = Point::<2>::repeat(f64::INFINITY);
-        let mut high = Point::<2>::repeat(f64::NEG_INFINITY);
-        let mut longest: f64 = 0.0;
-        for [a, b] in boxes {
-            (low, high) = (low.zip_map(a, f64::min), high.zip_map(b, f64::max));
-            longest = longest.max((b - a).amax());
-        }
-        let extent = high - low;
-        let size = longest.max((extent[0] * extent[1] / boxes.len().max(1) as f64).sqrt());
-        // Numbers that are not finite leave one bin.
-        let size = if size > 0.0 && size.is_finite() { size } else { f64::INFINITY };
-        let count = |i: usize| ((extent[i] / size).floor() + 1.0).clamp(1.0, 4.0 * boxes.len() as f64 + 1.0) as usize;
-        let mut bins = Bins { low, size, counts: [count(0), count(1)], offsets: vec![0], chords: Vec::new() };
-        let mut lists: Vec<Vec<u32>> = vec![Vec::new(); bins.counts[0] * bins.counts[1]];
-        for (k, [a, b]) in boxes.iter().enumerate() {
-            let (from, to) = (bins.bin(a), bins.bin(b));
-            for i in from[0]..=to[0] {
-                for j in from[1]..=to[1] {
-                    lists[i * bins.counts[1] + j].push(k as u32);
-                }
-            }
-        }
-        for list in lists {
-            bins.chords.extend(list);
-            bins.offsets.push(bins.chords.len());
-        }
-        bins
-    }
-
-    fn bin(&self, x: &Point<2>) -> [usize; 2] {
-        [0, 1].map(|i| (((x[i] - self.low[i]) / self.size).max(0.0) as usize).min(self.counts[i] - 1))
-    }
-
-    fn rings(&self) -> usize {
-        self.counts[0].max(self.counts[1])
-    }
-
-    /// The chords in the bins that lie `ring` bins away from that of a point.
-    fn ring(&self, x: &Point<2>, ring: usize) -> impl Iterator<Item = u32> + '_ {
-        let [i, j] = self.bin(x);
-        let span = move |at: usize, count: usize| at.saturating_sub(ring)..=(at + ring).min(count - 1);
-        span(i, self.counts[0])
-            .flat_map(move |a| span(j, self.counts[1]).map(move |b| (a, b)))
-            .filter(move |&(a, b)| a.abs_diff(i) == ring || b.abs_diff(j) == ring)
-            .flat_map(|(a, b)| {
-                let bin = a * self.counts[1] + b;
-                self.chords[self.offsets[bin]..self.offsets[bin + 1]].iter().copied()
-            })
     }
 }

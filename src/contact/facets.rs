@@ -4,6 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::geometry::Point;
 
+use super::bins::{Bins, around};
 use super::facing::BEHIND;
 use super::jet::Jet;
 use super::overlap::{Base, MeanGaps, Overlap};
@@ -80,11 +81,7 @@ pub(super) struct Facing {
 
 /// Triangles at a state, sorted into bins.
 pub(super) struct Sorted<'a> {
-    low: Point<3>,
-    size: f64,
-    /// The last bin along each axis.
-    last: [i32; 3],
-    bins: std::collections::HashMap<[i32; 3], Vec<u32>>,
+    bins: Bins,
     corners: &'a [[Point<3>; 3]],
     normals: Vec<Point<3>>,
 }
@@ -111,55 +108,23 @@ impl Seen {
 impl<'a> Sorted<'a> {
     /// Triangles with their corners now, of which those from a given one on are looked for.
     pub(crate) fn new(triangles: &[Triangle], corners: &'a [[Point<3>; 3]], from: usize) -> Self {
-        let (mut low, mut high) = (Point::<3>::repeat(f64::INFINITY), Point::<3>::repeat(f64::NEG_INFINITY));
-        let sought = &corners[from..];
-        sought.iter().flatten().for_each(|x| (low, high) = (low.inf(x), high.sup(x)));
         let edge = |triangles: &[[Point<3>; 3]]| {
             let all = triangles.iter().flat_map(|x| (0..3).map(|k| (x[(k + 1) % 3] - x[k]).norm()));
             all.sum::<f64>() / (3 * triangles.len()).max(1) as f64
         };
-        let size = edge(sought).max(edge(&corners[..from]));
-        let size = if size > 0.0 && size.is_finite() { size } else { f64::INFINITY };
+        let size = edge(&corners[from..]).max(edge(&corners[..from]));
         let normals = corners.iter().zip(triangles).map(|(x, triangle)| {
             let normal = (x[1] - x[0]).cross(&(x[2] - x[0])) * triangle.sign;
             normal / normal.norm().max(f64::MIN_POSITIVE)
         });
-        let (normals, bins) = (normals.collect(), std::collections::HashMap::new());
-        let mut sorted = Sorted { low, size, last: [0; 3], bins, corners, normals };
-        sorted.last = sorted.bin(&high);
-        for (k, x) in corners.iter().enumerate().skip(from) {
-            let (from, to) = (sorted.bin(&x[0].inf(&x[1]).inf(&x[2])), sorted.bin(&x[0].sup(&x[1]).sup(&x[2])));
-            for i in from[0]..=to[0] {
-                for j in from[1]..=to[1] {
-                    for l in from[2]..=to[2] {
-                        sorted.bins.entry([i, j, l]).or_default().push(k as u32);
-                    }
-                }
-            }
-        }
-        sorted
+        let sought = corners.iter().enumerate().skip(from);
+        let boxes: Vec<(u32, [Point<3>; 2])> = sought.map(|(k, x)| (k as u32, around(x))).collect();
+        Sorted { normals: normals.collect(), bins: Bins::new(&boxes, size), corners }
     }
 
     /// How far from a point triangles are found.
     pub(crate) fn reach(&self) -> f64 {
-        f64::from(REACH - 1) * self.size
-    }
-
-    fn bin(&self, x: &Point<3>) -> [i32; 3] {
-        std::array::from_fn(|i| ((x[i] - self.low[i]) / self.size).floor().clamp(-1e6, 1e6) as i32)
-    }
-
-    /// Visits what lies in the bins that are `ring` bins away from a given one.
-    fn ring(&self, middle: [i32; 3], ring: i32, mut visit: impl FnMut(usize)) {
-        let span = |i: usize| (middle[i] - ring).max(0)..=(middle[i] + ring).min(self.last[i]);
-        for i in span(0) {
-            for j in span(1) {
-                let whole = (i - middle[0]).abs() == ring || (j - middle[1]).abs() == ring;
-                for l in span(2).filter(|l| whole || (l - middle[2]).abs() == ring) {
-                    self.bins.get(&[i, j, l]).into_iter().flatten().for_each(|&k| visit(k as usize));
-                }
-            }
-        }
+        f64::from(REACH - 1) * self.bins.size
     }
 
     /// The triangle over which a point with an outward normal has the smallest gap, among those that may.
@@ -170,13 +135,13 @@ impl<'a> Sorted<'a> {
         deeper: f64,
         may: impl Fn(usize, f64) -> bool,
     ) -> Option<usize> {
-        let middle = self.bin(x);
         let mut best: Option<(f64, usize)> = None;
         for ring in 0..=REACH {
-            if best.is_some_and(|(least, _)| least < (f64::from(ring) - 1.0) * self.size) {
+            if best.is_some_and(|(least, _)| least < (f64::from(ring) - 1.0) * self.bins.size) {
                 break;
             }
-            self.ring(middle, ring, |k| {
+            self.bins.ring(x, ring, |k| {
+                let k = k as usize;
                 let Some(gap) = self.over(k, x, outward, deeper) else { return };
                 if best.is_none_or(|(least, _)| gap.abs() < least) && may(k, gap) {
                     best = Some((gap.abs(), k));
@@ -215,17 +180,17 @@ impl<'a> Sorted<'a> {
         let corners = &self.corners[own];
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
         let radius = corners.iter().map(|x| (x - middle).norm()).fold(0.0, f64::max);
-        let bin = self.bin(&middle);
         let mut found: Vec<(f64, Facing)> = Vec::new();
         let (mut covered, mut farthest) = (0.0, 0.0f64);
         seen.begin(self.corners.len());
         // From the middle of a large triangle among small ones it is far to what its corners face.
-        let last = REACH + (radius / self.size).ceil() as i32;
+        let last = REACH + (radius / self.bins.size).ceil() as i32;
         for ring in 0..=last {
-            if covered >= 1.0 - PART && farthest + radius < (f64::from(ring) - 1.0) * self.size {
+            if covered >= 1.0 - PART && farthest + radius < (f64::from(ring) - 1.0) * self.bins.size {
                 break;
             }
-            self.ring(bin, ring, |other| {
+            self.bins.ring(&middle, ring, |other| {
+                let other = other as usize;
                 if !seen.is_new(other) {
                     return;
                 }

@@ -2,6 +2,7 @@
 //!
 //! Nothing is tuned: pressures are iterates of Newton's method, and where they come to rest gaps are closed to rounding.
 
+mod bins;
 mod chain;
 mod chains;
 mod contact_surface;

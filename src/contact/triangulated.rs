@@ -7,6 +7,7 @@ use nalgebra::SMatrix;
 use crate::error::GeometryError;
 use crate::geometry::Point;
 use crate::mesh::Mesh;
+use crate::solid::{Tree, foot};
 
 use super::{Nearest, Surface};
 
@@ -42,12 +43,13 @@ pub struct Triangulated {
     at_borders: Vec<bool>,
     low: Point<3>,
     high: Point<3>,
-    size: f64,
-    bins: HashMap<[i32; 3], Vec<u32>>,
+    tree: Tree,
 }
 
 /// Part of the cube around a closed surface below which its volume is rounding.
 const ROUNDING: f64 = 1e-8;
+/// Part of the extent within which a point lies on the surface.
+const ON: f64 = 1e-12;
 
 fn edge(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
@@ -65,14 +67,12 @@ impl Triangulated {
             at_borders: Vec::new(),
             low: Point::repeat(f64::INFINITY),
             high: Point::repeat(f64::NEG_INFINITY),
-            size: 0.0,
-            bins: HashMap::new(),
+            tree: Tree::new(&[], &[]),
         };
         let count = surface.points.len() as u32;
         // What has no area or no such corner is refused by `validate`.
         let good = triangles.iter().all(|triangle| triangle.iter().all(|&corner| corner < count));
         surface.triangles = if good { triangles } else { Vec::new() };
-        let mut total = 0.0;
         for &triangle in &surface.triangles {
             let x = triangle.map(|corner| surface.points[corner as usize]);
             let normal = (x[1] - x[0]).cross(&(x[2] - x[0])).normalize();
@@ -83,7 +83,6 @@ impl Triangulated {
                 let both =
                     surface.at_edges.entry(edge(triangle[k], triangle[(k + 1) % 3])).or_insert((Point::zeros(), 0));
                 *both = (both.0 + normal, both.1 + 1);
-                total += next.norm();
                 surface.low = surface.low.zip_map(&x[k], f64::min);
                 surface.high = surface.high.zip_map(&x[k], f64::max);
             }
@@ -92,19 +91,7 @@ impl Triangulated {
         for (ends, _) in surface.at_edges.iter().filter(|(_, (_, count))| *count < 2) {
             ends.iter().for_each(|&end| surface.at_borders[end as usize] = true);
         }
-        surface.size = total / (3 * surface.triangles.len()).max(1) as f64;
-        for k in 0..surface.triangles.len() {
-            let x = surface.triangles[k].map(|corner| surface.points[corner as usize]);
-            let low = surface.bin(&x[0].zip_map(&x[1], f64::min).zip_map(&x[2], f64::min));
-            let high = surface.bin(&x[0].zip_map(&x[1], f64::max).zip_map(&x[2], f64::max));
-            for i in low[0]..=high[0] {
-                for j in low[1]..=high[1] {
-                    for l in low[2]..=high[2] {
-                        surface.bins.entry([i, j, l]).or_default().push(k as u32);
-                    }
-                }
-            }
-        }
+        surface.tree = Tree::new(&surface.points, &surface.triangles);
         surface
     }
 
@@ -126,76 +113,18 @@ impl Triangulated {
         };
         self.triangles.iter().map(of).sum()
     }
-
-    fn bin(&self, x: &Point<3>) -> [i32; 3] {
-        std::array::from_fn(|i| ((x[i] - self.low[i]) / self.size).floor().clamp(0.0, 1e6) as i32)
-    }
-
-    /// The nearest point of a triangle, and the corners that span where it lies: one, two or three.
-    fn foot(&self, triangle: usize, x: &Point<3>) -> (Point<3>, Vec<usize>) {
-        let [a, b, c] = self.triangles[triangle].map(|corner| self.points[corner as usize]);
-        let (first, second) = (b - a, c - a);
-        let across = first.cross(&second);
-        let square = across.norm_squared();
-        let away = x - a;
-        let eta = away.cross(&second).dot(&across) / square;
-        let zeta = first.cross(&away).dot(&across) / square;
-        if eta > 0.0 && zeta > 0.0 && eta + zeta < 1.0 {
-            return (a + first * eta + second * zeta, vec![0, 1, 2]);
-        }
-        let corners = [a, b, c];
-        let sides = (0..3).map(|k| {
-            let (from, to) = (corners[k], corners[(k + 1) % 3]);
-            let along = to - from;
-            let at = ((x - from).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-            let ends = match at {
-                0.0 => vec![k],
-                1.0 => vec![(k + 1) % 3],
-                _ => vec![k, (k + 1) % 3],
-            };
-            (from + along * at, ends)
-        });
-        sides.min_by(|p, q| (x - p.0).norm_squared().total_cmp(&(x - q.0).norm_squared())).unwrap_or((a, vec![0]))
-    }
 }
 
 impl Surface<3> for Triangulated {
     fn nearest(&self, x: &Point<3>) -> Nearest<3> {
-        // Distances from beyond the box: at least those to it and within it.
-        let inside = x.zip_map(&self.low, f64::max).zip_map(&self.high, f64::min);
-        let beyond = (x - inside).norm();
-        let middle = self.bin(&inside);
-        let extent = self.high - self.low;
-        let rings = (extent.amax() / self.size).ceil() as i32 + 1;
-        let mut best: Option<(f64, usize, Point<3>, Vec<usize>)> = None;
-        for ring in 0..=rings {
-            let within = (f64::from(ring) - 1.0).max(0.0) * self.size;
-            if best.as_ref().is_some_and(|found| found.0 < beyond.hypot(within)) {
-                break;
-            }
-            for i in -ring..=ring {
-                for j in -ring..=ring {
-                    let whole = i.abs() == ring || j.abs() == ring || ring == 0;
-                    for l in (-ring..=ring).step_by(if whole { 1 } else { 2 * ring as usize }) {
-                        let bin = [middle[0] + i, middle[1] + j, middle[2] + l];
-                        for &k in self.bins.get(&bin).into_iter().flatten() {
-                            let (foot, corners) = self.foot(k as usize, x);
-                            let distance = (x - foot).norm();
-                            if best.as_ref().is_none_or(|found| distance < found.0) {
-                                best = Some((distance, k as usize, foot, corners));
-                            }
-                        }
-                    }
-                }
-            }
-        }
-        let Some((distance, k, foot, corners)) = best else { return Nearest::flat(f64::INFINITY, Point::zeros()) };
-        let triangle = self.triangles[k];
+        let Some((k, _, distance)) = self.tree.closest(x) else { return Nearest::flat(f64::INFINITY, Point::zeros()) };
+        let (k, triangle) = (k as usize, self.triangles[k as usize]);
+        let (foot, corners) = foot(x, &triangle.map(|corner| self.points[corner as usize]));
         let away = x - foot;
-        if corners.len() == 3 || distance <= 1e-12 * self.size {
+        if corners.len() == 3 || distance <= ON * (self.high - self.low).amax() {
             return Nearest::flat(away.dot(&self.normals[k]), self.normals[k]);
         }
-        let (outward, projector, open) = if let [a, b] = corners[..] {
+        let (outward, projector, open) = if let [a, b] = *corners {
             let (a, b) = (triangle[a], triangle[b]);
             let (sum, count) = self.at_edges[&edge(a, b)];
             let along = (self.points[b as usize] - self.points[a as usize]).normalize();

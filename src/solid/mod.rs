@@ -25,4 +25,5 @@ pub use features::Features;
 pub use flaws::SurfaceFlaws;
 pub use select::Select;
 pub use shape::Shape;
+pub(crate) use tree::{Tree, foot};
 pub(crate) use walls::{OPPOSITE, Wall};

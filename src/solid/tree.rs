@@ -32,43 +32,44 @@ struct Node {
 
 /// A tree of boxes, each split in the middle of its facets along its longest side.
 #[derive(Debug, Clone)]
-pub(super) struct Tree {
+pub(crate) struct Tree {
     nodes: Vec<Node>,
     order: Vec<u32>,
     corners: Vec<[Point<3>; 3]>,
 }
 
-/// The foot of a point on the triangle $abc$ (Ericson, *Real-Time Collision Detection*, 5.1.5).
-pub(super) fn foot(x: &Point<3>, [a, b, c]: &[Point<3>; 3]) -> Point<3> {
+/// The foot of a point on the triangle $abc$ and the places of the corners that span where it lies, one, two or three (Ericson, *Real-Time
+/// Collision Detection*, 5.1.5).
+pub(crate) fn foot(x: &Point<3>, [a, b, c]: &[Point<3>; 3]) -> (Point<3>, &'static [usize]) {
     let (ab, ac, ax) = (b - a, c - a, x - a);
     let (d1, d2) = (ab.dot(&ax), ac.dot(&ax));
     if d1 <= 0.0 && d2 <= 0.0 {
-        return *a;
+        return (*a, &[0]);
     }
     let bx = x - b;
     let (d3, d4) = (ab.dot(&bx), ac.dot(&bx));
     if d3 >= 0.0 && d4 <= d3 {
-        return *b;
+        return (*b, &[1]);
     }
     let vc = d1 * d4 - d3 * d2;
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return a + ab * (d1 / (d1 - d3));
+        return (a + ab * (d1 / (d1 - d3)), &[0, 1]);
     }
     let cx = x - c;
     let (d5, d6) = (ab.dot(&cx), ac.dot(&cx));
     if d6 >= 0.0 && d5 <= d6 {
-        return *c;
+        return (*c, &[2]);
     }
     let vb = d5 * d2 - d1 * d6;
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return a + ac * (d2 / (d2 - d6));
+        return (a + ac * (d2 / (d2 - d6)), &[2, 0]);
     }
     let va = d3 * d6 - d5 * d4;
     if va <= 0.0 && d4 >= d3 && d5 >= d6 {
-        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+        return (b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), &[1, 2]);
     }
     let sum = va + vb + vc;
-    a + ab * (vb / sum) + ac * (vc / sum)
+    (a + ab * (vb / sum) + ac * (vc / sum), &[0, 1, 2])
 }
 
 /// The solid angle of a triangle seen from a point, over 4π (van Oosterom & Strackee 1983).
@@ -180,7 +181,7 @@ impl Tree {
             let node = &self.nodes[place as usize];
             if node.second == 0 {
                 for k in node.first as usize..node.end as usize {
-                    let at = foot(x, &self.corners[k]);
+                    let at = foot(x, &self.corners[k]).0;
                     let (square, facet) = ((at - x).norm_squared(), self.order[k]);
                     // Of facets as near as each other the first: the same whatever the order of the tree.
                     if best.is_none_or(|found| square < found.0 || square == found.0 && facet < found.1) {
