@@ -3,7 +3,7 @@
 use crate::geometry::{Point, padded};
 
 use super::bins::{Bins, around};
-use super::facing::{BEHIND, THROUGH};
+use super::facing::{BEHIND, Facets};
 use super::mortar::{End, Facing, Overlap};
 
 /// Bins around a chord that are searched: what is further away is not looked for.
@@ -16,27 +16,17 @@ const SAME: f64 = 1e-12;
 pub(super) struct Chord {
     /// The trace functions at its ends, counted through all parts.
     pub traces: [u32; 2],
-    /// Which part it belongs to.
-    pub part: u8,
+    facet: u32,
     /// Outward to the right of the way (1) or to the left (-1).
-    pub sign: f64,
+    sign: f64,
     /// Reference measure at the ends, of which the trace functions take their part.
-    pub measure: [f64; 2],
-    /// Its middle at rest.
-    pub middle: Point<2>,
-    /// Its outward normal at rest.
-    pub outward: Point<2>,
+    measure: [f64; 2],
 }
 
 /// Chords of one or two parts.
 pub(super) struct Chain {
     pub chords: Vec<Chord>,
-    /// For each chord those that it meets at a particle, itself among them: they never touch.
-    beside: Vec<Vec<u32>>,
-    /// Whether chords touch those of the other part alone.
-    two: bool,
-    /// How much deeper than usual a chord may lie behind another one \[length\].
-    pub deeper: f64,
+    pub facets: Facets,
     /// The first chord and those after it of each trace function: at most two.
     pub of_trace: Vec<Vec<(u32, usize)>>,
 }
@@ -52,32 +42,22 @@ pub(super) struct Laid {
 }
 
 impl Chain {
-    /// `particles` are those of the trace functions.
-    pub(crate) fn new(chords: Vec<Chord>, particles: &[u32], two: bool) -> Self {
-        let mut of_trace = vec![Vec::new(); particles.len()];
-        for (k, chord) in chords.iter().enumerate() {
-            for (end, trace) in chord.traces.iter().enumerate() {
-                of_trace[*trace as usize].push((k as u32, end));
-            }
+    /// The chords of facets, given the vertices of the trace functions.
+    pub(crate) fn new<const D: usize>(mut facets: Facets, ends: &[Point<D>]) -> Self {
+        let (mut chords, mut of_trace) = (Vec::new(), vec![Vec::new(); ends.len()]);
+        for (number, facet) in (0..).zip(&mut facets.all) {
+            let &[(a, i), (b, j)] = facet.shares.as_slice() else { continue };
+            let along = padded::<D, 3>(&(ends[b as usize] - ends[a as usize]));
+            let right = Point::<3>::new(along[1], -along[0], 0.0).normalize();
+            let sign = if right.dot(&facet.outward) >= 0.0 { 1.0 } else { -1.0 };
+            facet.outward = right * sign;
+            of_trace[a as usize].push((chords.len() as u32, 0));
+            of_trace[b as usize].push((chords.len() as u32, 1));
+            // ∫ N_a (m_a N_a + m_b N_b) = i, ∫ N_b (…) = j.
+            let measure = [4.0 * i - 2.0 * j, 4.0 * j - 2.0 * i];
+            chords.push(Chord { traces: [a, b], facet: number, sign, measure });
         }
-        // Chords meet at particles: a corner has a trace function for each of its faces.
-        let mut at: std::collections::HashMap<u32, Vec<u32>> = std::collections::HashMap::new();
-        for (k, chord) in chords.iter().enumerate() {
-            for trace in chord.traces {
-                at.entry(particles[trace as usize]).or_default().push(k as u32);
-            }
-        }
-        let meeting = |chord: &Chord| {
-            let mut beside: Vec<u32> = Vec::new();
-            for &trace in &chord.traces {
-                beside.extend_from_slice(&at[&particles[trace as usize]]);
-            }
-            beside.sort_unstable();
-            beside.dedup();
-            beside
-        };
-        let beside = chords.iter().map(meeting).collect();
-        Chain { chords, beside, two, deeper: 0.0, of_trace }
+        Chain { chords, facets, of_trace }
     }
 
     /// Two chords at a state.
@@ -105,7 +85,9 @@ impl Chain {
     /// comes first carries the pressures: those of both would share one load and none of them would come to rest.
     fn search(&self, chord: usize, ends: &[Point<2>], bins: &Bins) -> Vec<Overlap> {
         let mine = &self.chords[chord];
-        if self.two && mine.part != 0 {
+        let (facets, two) = (&self.facets, self.facets.two);
+        let part = |chord: &Chord| facets.all[chord.facet as usize].part;
+        if two && part(mine) != 0 {
             return Vec::new();
         }
         let [a, b] = mine.traces.map(|trace| ends[trace as usize]);
@@ -123,7 +105,7 @@ impl Chain {
             }
             bins.ring(&middle, ring, |other| {
                 let its = &self.chords[other as usize];
-                if self.two && its.part == mine.part || found.iter().any(|f| f.0 == other) {
+                if two && part(its) == part(mine) || found.iter().any(|f| f.0 == other) {
                     return;
                 }
                 let points = its.traces.map(|trace| ends[trace as usize]);
@@ -135,13 +117,13 @@ impl Chain {
                 let direction = points[1] - points[0];
                 let size = direction.norm();
                 let its_normal = Point::<2>::new(direction[1], -direction[0]) * (its.sign / size);
-                if normal.dot(&its_normal) >= 0.0 || self.beside[chord].binary_search(&other).is_ok() {
+                if normal.dot(&its_normal) >= 0.0 {
                     return;
                 }
                 let gaps = points.map(|y| (y - a).dot(&normal));
                 let at = |place: f64| gaps[0] + (gaps[1] - gaps[0]) * (place - places[0]) / (places[1] - places[0]);
                 let gap = at(0.5 * (from + to));
-                if gap < -BEHIND * length.max(size) - self.deeper || gap < 0.0 && !self.two && self.through(mine, its) {
+                if gap < -BEHIND * length.max(size) - facets.deeper || !facets.may_touch(mine.facet, its.facet, gap) {
                     return;
                 }
                 covered += to - from;
@@ -171,7 +153,7 @@ impl Chain {
             }
             let Some((_, k)) = best else { continue };
             let (other, places, _) = found[k];
-            if !self.two && (other as usize) < chord {
+            if !two && (other as usize) < chord {
                 continue;
             }
             let end = |place: f64| match places.iter().position(|own| (own - place).abs() <= SAME) {
@@ -181,11 +163,5 @@ impl Chain {
             overlaps.push(Overlap { other, ends: [end(from), end(to)] });
         }
         overlaps
-    }
-
-    /// Whether the body lies between two chords at rest.
-    fn through(&self, mine: &Chord, its: &Chord) -> bool {
-        let direction = its.middle - mine.middle;
-        direction.dot(&mine.outward) < -THROUGH * direction.norm()
     }
 }

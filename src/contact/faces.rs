@@ -1,27 +1,16 @@
 //! Boundary parts in space that may touch each other: triangles, and which is opposite of which point.
 
+use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use nalgebra::SMatrix;
 
-use crate::cells::BoundaryCells;
 use crate::geometry::{Point, padded};
 use crate::order;
 
-use super::ContactSurface;
 use super::facets::{Facing, Gap, Seen, Sorted, Triangle, covered, gap};
-use super::facing::THROUGH;
+use super::facing::{Facet, Facets};
 use super::overlap::{Base, GapSlopes, LOCAL};
-
-/// A facet at rest.
-struct Facet {
-    middle: Point<3>,
-    outward: Point<3>,
-    /// Facets that it meets at a particle, itself among them: they never touch.
-    beside: Vec<u32>,
-    /// The connected part of the surface that it lies in, and its distance in facets from an end of that.
-    rank: (u32, u32),
-}
 
 /// A point of a facet that is no triangles, of the part that carries pressures, and the mover there.
 pub(super) struct Loose {
@@ -39,14 +28,13 @@ pub(super) struct Faces {
     pub loose: Vec<Loose>,
     /// The place among those of each point, where there are any.
     loose_of: Vec<Option<u32>>,
-    facets: Vec<Facet>,
+    pub facets: Facets,
+    /// The connected part of the surface that each facet lies in, and its distance in facets from an end of that; empty for two parts.
+    ranks: Vec<(u32, u32)>,
     /// Triangles of the part that carries pressures.
     carrying: usize,
-    two: bool,
     /// Whether facets that may be pressed against are no triangles.
     pub cut_facets: bool,
-    /// How much deeper than usual a triangle may lie behind another one \[length\].
-    pub deeper: f64,
 }
 
 /// Faces at a state.
@@ -91,67 +79,74 @@ fn measures(shares: &[f64]) -> Vec<f64> {
     if found.iter().all(|part| *part > 0.0) { found.to_vec() } else { vec![0.25 * whole; 4] }
 }
 
+/// For each facet the connected part of the surface and its distance in facets from an end of that: from the facet farthest from its first one.
+fn ranks(facets: &Facets) -> Vec<(u32, u32)> {
+    let (mut ranks, mut part) = (vec![(0, 0); facets.all.len()], 0);
+    for first in 0..facets.all.len() as u32 {
+        if ranks[first as usize].0 > 0 {
+            continue;
+        }
+        part += 1;
+        let distances = |from: u32| {
+            let mut known = HashMap::from([(from, 0u32)]);
+            let (mut front, mut distance, mut last) = (vec![from], 0, from);
+            while let Some(&any) = front.first() {
+                (last, distance) = (any, distance + 1);
+                let mut wider: Vec<u32> = Vec::new();
+                front.iter().for_each(|&facet| wider.extend_from_slice(&facets.all[facet as usize].beside));
+                wider.sort_unstable();
+                wider.dedup();
+                wider.retain(|facet| !known.contains_key(facet));
+                known.extend(wider.iter().map(|&facet| (facet, distance)));
+                front = wider;
+            }
+            (last, known)
+        };
+        let (end, _) = distances(first);
+        for (facet, distance) in distances(end).1 {
+            ranks[facet as usize] = (part, distance);
+        }
+    }
+    ranks
+}
+
 impl Faces {
     /// Facets of three or four corners are triangles; points of others press against those of the other part.
-    pub(crate) fn new<const D: usize>(
-        contact_surfaces: &[ContactSurface<D>],
-        cells: &[&BoundaryCells<D>],
-        ends: &[Point<D>],
-    ) -> Self {
-        let two = contact_surfaces.len() > 1;
+    pub(crate) fn new<const D: usize>(facets: Facets, carrying: usize, ends: &[Point<D>]) -> Self {
+        let last = facets.all.iter().map(|facet| facet.points.end).max().unwrap_or(0);
         let mut faces = Faces {
             triangles: Vec::new(),
-            of_trace: vec![Vec::new(); contact_surfaces[0].traces.len()],
+            of_trace: vec![Vec::new(); carrying],
             loose: Vec::new(),
-            loose_of: Vec::new(),
-            facets: Vec::new(),
+            loose_of: vec![None; last],
+            ranks: if facets.two { Vec::new() } else { ranks(&facets) },
             carrying: 0,
-            two,
             cut_facets: false,
-            deeper: 0.0,
+            facets,
         };
-        let mut traces_of: Vec<Vec<u32>> = Vec::new();
-        let mut first = 0u32;
-        for (part, (contact_surface, cells)) in contact_surfaces.iter().zip(cells).enumerate() {
-            for (range, mut shares) in contact_surface.shares(cells) {
-                shares.iter_mut().for_each(|share| share.0 += first);
-                order::sort(&mut shares, &|a, b| a.0.cmp(&b.0));
-                let outward = range.clone().map(|point| padded::<D, 3>(&cells.points.normals[point])).sum::<Point<3>>();
-                let outward = outward / outward.norm().max(f64::MIN_POSITIVE);
-                let middle = shares.iter().map(|share| padded::<D, 3>(&ends[share.0 as usize])).sum::<Point<3>>()
-                    / shares.len().max(1) as f64;
-                let facet = faces.facets.len() as u32;
-                faces.facets.push(Facet { middle, outward, beside: Vec::new(), rank: (0, 0) });
-                traces_of.push(shares.iter().map(|share| share.0).collect());
-                if (3..=4).contains(&shares.len()) {
-                    faces.push_facet(shares, |trace| padded(&ends[trace as usize]));
-                    continue;
-                }
-                faces.cut_facets |= part == 1 || !two;
-                if part == 0 {
-                    faces.loose_of.resize(cells.points.positions.len(), None);
-                    for point in range {
-                        faces.loose_of[point] = Some(faces.loose.len() as u32);
-                        faces.loose.push(Loose { point: point as u32, mover: u32::MAX, facet });
-                    }
-                }
+        for number in 0..faces.facets.all.len() {
+            let Facet { part, points, shares, .. } = &faces.facets.all[number];
+            let (part, points) = (*part, points.clone());
+            if (3..=4).contains(&shares.len()) {
+                faces.push_facet(number, |trace| padded(&ends[trace as usize]));
+                faces.carrying = if part == 0 { faces.triangles.len() } else { faces.carrying };
+                continue;
             }
-            if part == 0 {
-                faces.carrying = faces.triangles.len();
+            faces.cut_facets |= part == 1 || !faces.facets.two;
+            for point in points.take(if part == 0 { last } else { 0 }) {
+                faces.loose_of[point] = Some(faces.loose.len() as u32);
+                faces.loose.push(Loose { point: point as u32, mover: u32::MAX, facet: number as u32 });
             }
-            first += contact_surface.traces.len() as u32;
         }
         faces.find_traces();
-        if !two {
-            faces.find_neighbours(contact_surfaces, &traces_of);
-        }
         faces
     }
 
-    /// Adds the triangles of the last facet, given its trace functions with their integrals over it.
-    fn push_facet(&mut self, mut shares: Vec<(u32, f64)>, end: impl Fn(u32) -> Point<3>) {
-        let number = self.facets.len() - 1;
-        let Facet { middle, outward, .. } = self.facets[number];
+    /// Adds the triangles of a facet.
+    fn push_facet(&mut self, number: usize, end: impl Fn(u32) -> Point<3>) {
+        let Facet { middle, outward, shares, .. } = &self.facets.all[number];
+        let (middle, outward, mut shares) = (*middle, *outward, shares.clone());
+        order::sort(&mut shares, &|a, b| a.0.cmp(&b.0));
         // Counter-clockwise about the outward normal.
         let axis = outward.cross(&(end(shares[0].0) - middle)).normalize();
         let other = axis.cross(&outward);
@@ -192,56 +187,10 @@ impl Faces {
         }
     }
 
-    fn find_neighbours<const D: usize>(&mut self, contact_surfaces: &[ContactSurface<D>], traces_of: &[Vec<u32>]) {
-        let particle = |trace: u32| contact_surfaces[0].traces[trace as usize].particle;
-        let mut at: std::collections::HashMap<u32, Vec<u32>> = std::collections::HashMap::new();
-        for (facet, traces) in traces_of.iter().enumerate() {
-            traces.iter().for_each(|&trace| at.entry(particle(trace)).or_default().push(facet as u32));
-        }
-        let wider = |ring: &[u32]| {
-            let mut wider: Vec<u32> = Vec::new();
-            for &facet in ring {
-                for &trace in &traces_of[facet as usize] {
-                    wider.extend_from_slice(&at[&particle(trace)]);
-                }
-            }
-            wider.sort_unstable();
-            wider.dedup();
-            wider
-        };
-        for facet in 0..self.facets.len() {
-            self.facets[facet].beside = wider(&[facet as u32]);
-        }
-        // From an end of each connected part: the facet farthest from its first one.
-        let mut part = 0;
-        for first in 0..self.facets.len() as u32 {
-            if self.facets[first as usize].rank.0 > 0 {
-                continue;
-            }
-            part += 1;
-            let distances = |from: u32| {
-                let mut known = std::collections::HashMap::from([(from, 0u32)]);
-                let (mut front, mut distance) = (vec![from], 0);
-                let mut last = from;
-                while let Some(&any) = front.first() {
-                    (last, distance) = (any, distance + 1);
-                    front = wider(&front);
-                    front.retain(|facet| !known.contains_key(facet));
-                    known.extend(front.iter().map(|&facet| (facet, distance)));
-                }
-                (last, known)
-            };
-            let (end, _) = distances(first);
-            for (facet, distance) in distances(end).1 {
-                self.facets[facet as usize].rank = (part, distance);
-            }
-        }
-    }
-
     /// Whether of two facets of one part that face each other the first one carries the pressures: the one nearer to an end of the surface,
     /// so that all of a fold's one side does. Were neighbours to differ, slivers along their edges would carry pressures on both sides.
     fn is_first(&self, mine: u32, its: u32) -> bool {
-        (self.facets[mine as usize].rank, mine) < (self.facets[its as usize].rank, its)
+        (self.ranks[mine as usize], mine) < (self.ranks[its as usize], its)
     }
 
     /// Finds what faces each triangle that carries pressures, given positions of all corners, and what is opposite of loose points, given
@@ -261,39 +210,27 @@ impl Faces {
             };
             (bases.iter().zip(&laid.facing).map(again).collect(), laid.opposite.clone(), laid.reach)
         } else {
-            let sorted = Sorted::new(&self.triangles, &corners, if self.two { self.carrying } else { 0 });
+            let sorted = Sorted::new(&self.triangles, &corners, if self.facets.two { self.carrying } else { 0 });
             let mut seen = Seen::default();
             let facing = bases.iter().enumerate().map(|(own, base)| {
                 let mine = self.triangles[own].facet;
-                let may = |other: usize, gap: f64| self.may_touch(mine, other, gap);
-                let mut facing = sorted.facing(own, base, self.deeper, &mut seen, may);
-                facing.retain(|facing| self.two || self.is_first(mine, self.triangles[facing.other as usize].facet));
+                let may = |other: usize, gap: f64| self.facets.may_touch(mine, self.triangles[other].facet, gap);
+                let mut facing = sorted.facing(own, base, self.facets.deeper, &mut seen, may);
+                facing.retain(|facing| {
+                    self.facets.two || self.is_first(mine, self.triangles[facing.other as usize].facet)
+                });
                 facing.sort_by_key(|facing| facing.other);
                 facing
             });
             let facing = facing.collect();
             let opposite = points.iter().zip(&self.loose).map(|((x, outward), loose)| {
-                let may = |other: usize, gap: f64| self.may_touch(loose.facet, other, gap);
-                let found = sorted.nearest(x, outward, self.deeper, may)?;
-                (self.two || self.is_first(loose.facet, self.triangles[found].facet)).then_some(found as u32)
+                let may = |other: usize, gap: f64| self.facets.may_touch(loose.facet, self.triangles[other].facet, gap);
+                let found = sorted.nearest(x, outward, self.facets.deeper, may)?;
+                (self.facets.two || self.is_first(loose.facet, self.triangles[found].facet)).then_some(found as u32)
             });
             (facing, opposite.collect(), sorted.reach())
         };
         LaidFaces { slopes: vec![OnceLock::new(); self.carrying], corners, bases, facing, opposite, reach }
-    }
-
-    /// Whether a triangle at a gap may touch a facet.
-    fn may_touch(&self, mine: u32, other: usize, gap: f64) -> bool {
-        let its = self.triangles[other].facet;
-        self.two
-            || self.facets[mine as usize].beside.binary_search(&its).is_err() && !(gap < 0.0 && self.through(mine, its))
-    }
-
-    /// Whether the body lies between two facets at rest.
-    fn through(&self, mine: u32, its: u32) -> bool {
-        let (mine, its) = (&self.facets[mine as usize], &self.facets[its as usize]);
-        let direction = its.middle - mine.middle;
-        direction.dot(&mine.outward) < -THROUGH * direction.norm()
     }
 
     /// The mover of a loose point, and the triangle opposite of it with the gap there.

@@ -1,4 +1,12 @@
-//! Which parts of deformable faces may touch each other: chords in the plane, facets in space.
+//! Facets of deformable faces, and which of them may touch each other.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use crate::cells::BoundaryCells;
+use crate::geometry::{Point, padded};
+
+use super::ContactSurface;
 
 /// How deep a part may be behind another one to be in contact with it, in terms of their length: beyond, it is the far side of a
 /// wall.
@@ -6,3 +14,71 @@ pub(super) const BEHIND: f64 = 1.5;
 /// Cosine between the inward normal and the way to another part, both at rest, from which on the body lies between them; the same between
 /// the outward normals of the body and of a rigid surface that has passed through it.
 pub(super) const THROUGH: f64 = 0.5;
+
+/// An undeformed facet.
+pub(super) struct Facet {
+    /// Which part it belongs to.
+    pub part: usize,
+    /// Its points.
+    pub points: Range<usize>,
+    /// Its trace functions, counted through all parts, with their integrals over it.
+    pub shares: Vec<(u32, f64)>,
+    pub middle: Point<3>,
+    pub outward: Point<3>,
+    /// Facets that it meets at a particle, itself among them: they never touch.
+    pub beside: Vec<u32>,
+}
+
+/// Facets of one or two parts.
+pub(super) struct Facets {
+    pub all: Vec<Facet>,
+    /// Whether they touch those of the other part alone.
+    pub two: bool,
+    /// How much deeper than usual one may lie behind another one \[length\].
+    pub deeper: f64,
+}
+
+impl Facets {
+    /// The facets of the cells of all parts, whose trace functions have vertices at `ends`.
+    pub(super) fn new<const D: usize>(
+        surfaces: &[ContactSurface<D>],
+        cells: &[&BoundaryCells<D>],
+        ends: &[Point<D>],
+    ) -> Self {
+        let (mut all, mut first) = (Vec::new(), 0u32);
+        // Facets meet at particles: a corner has a trace function for each of its faces.
+        let (mut at, mut particles): (HashMap<u32, Vec<u32>>, Vec<u32>) = (HashMap::new(), Vec::new());
+        for (part, (surface, cells)) in surfaces.iter().zip(cells).enumerate() {
+            particles.extend(surface.traces.iter().map(|trace| trace.particle));
+            for (points, mut shares) in surface.shares(cells) {
+                let (mut middle, mut outward) = (Point::<3>::zeros(), Point::<3>::zeros());
+                for share in &mut shares {
+                    share.0 += first;
+                    middle += padded::<D, 3>(&ends[share.0 as usize]);
+                    at.entry(particles[share.0 as usize]).or_default().push(all.len() as u32);
+                }
+                middle /= shares.len().max(1) as f64;
+                points.clone().for_each(|point| outward += padded::<D, 3>(&cells.points.normals[point]));
+                outward /= outward.norm().max(f64::MIN_POSITIVE);
+                all.push(Facet { part, points, shares, middle, outward, beside: Vec::new() });
+            }
+            first += surface.traces.len() as u32;
+        }
+        for facet in &mut all {
+            for (trace, _) in &facet.shares {
+                facet.beside.extend_from_slice(&at[&particles[*trace as usize]]);
+            }
+            facet.beside.sort_unstable();
+            facet.beside.dedup();
+        }
+        Facets { all, two: surfaces.len() > 1, deeper: 0.0 }
+    }
+
+    /// Whether facets may touch where the gap between them is that: they do not meet, and the undeformed body does not lie between them.
+    pub(super) fn may_touch(&self, mine: u32, its: u32, gap: f64) -> bool {
+        let (mine, other) = (&self.all[mine as usize], &self.all[its as usize]);
+        let direction = other.middle - mine.middle;
+        let through = || direction.dot(&mine.outward) < -THROUGH * direction.norm();
+        mine.beside.binary_search(&its).is_err() && (self.two || !(gap < 0.0 && through()))
+    }
+}

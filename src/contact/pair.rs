@@ -8,9 +8,10 @@ use crate::cells::BoundaryCells;
 use crate::geometry::{Point, padded};
 use crate::term::{Element, PointMotion, View};
 
-use super::chain::{Chain, Chord, Laid};
+use super::chain::{Chain, Laid};
 use super::faces::{Faces, LaidFaces};
 use super::facets::Facing;
+use super::facing::Facets;
 use super::law::{Pressed, Slipping, Touch};
 use super::vertices::{Means, Movers, merged};
 use super::{ContactLaw, ContactSurface, facets, mortar, overlap};
@@ -187,13 +188,6 @@ impl<const D: usize> PairContact<D> {
         positions: &[Point<D>],
         law: ContactLaw,
     ) -> Self {
-        let two = contact_surfaces.len() > 1;
-        let mut particles: Vec<u32> = Vec::new();
-        for contact_surface in &contact_surfaces {
-            for trace in &contact_surface.traces {
-                particles.push(trace.particle);
-            }
-        }
         let place = |node: u32| nodes.partition_point(|&n| n < node) as u16;
         let mut movers = Movers::default();
         for contact_surface in &contact_surfaces {
@@ -205,8 +199,9 @@ impl<const D: usize> PairContact<D> {
             }
         }
         let traces = movers.rest.len();
+        let facets = || Facets::new(&contact_surfaces, faces, &movers.rest);
         let geometry = if D == 3 {
-            let mut found = Faces::new(&contact_surfaces, faces, &movers.rest[..traces]);
+            let mut found = Faces::new(facets(), contact_surfaces[0].traces.len(), &movers.rest);
             for triangle in &mut found.triangles {
                 triangle.movers = triangle.corners.each_ref().map(|corner| movers.push_mean(corner));
             }
@@ -221,8 +216,7 @@ impl<const D: usize> PairContact<D> {
             }
             Geometry::Line(outward)
         } else {
-            let rest: Vec<Point<2>> = movers.rest[..traces].iter().map(padded).collect();
-            Geometry::Plane(Chain::new(chords(&contact_surfaces, faces, &rest), &particles, two))
+            Geometry::Plane(Chain::new(facets(), &movers.rest))
         };
         let carrying = contact_surfaces[0].traces.len();
         let (last, searched, held) = (Mutex::new(None), Mutex::new(None), Mutex::new(None));
@@ -270,8 +264,8 @@ impl<const D: usize> PairContact<D> {
     /// Looks for faces deeper behind others than usual.
     fn deepen(&mut self, by: f64) {
         match &mut self.geometry {
-            Geometry::Plane(chain) => chain.deeper = by,
-            Geometry::Space(faces) => faces.deeper = by,
+            Geometry::Plane(chain) => chain.facets.deeper = by,
+            Geometry::Space(faces) => faces.facets.deeper = by,
             Geometry::Line(_) => {}
         }
         self.last = Mutex::new(None);
@@ -780,33 +774,4 @@ fn add_loose<const D: usize>(
         loose.mover = movers.rest.len() as u32;
         movers.push(combination, table.positions()[point], std::mem::take(&mut owners[point]));
     }
-}
-
-/// The chords of the faces.
-fn chords<const D: usize>(
-    contact_surfaces: &[ContactSurface<D>],
-    faces: &[&BoundaryCells<D>],
-    particles: &[Point<2>],
-) -> Vec<Chord> {
-    let (mut chords, mut first) = (Vec::new(), 0u32);
-    for (part, (contact_surface, cells)) in contact_surfaces.iter().zip(faces).enumerate() {
-        for (range, shares) in contact_surface.shares(cells) {
-            let &[(a, i), (b, j)] = shares.as_slice() else { continue };
-            let [from, to] = [a, b].map(|trace| particles[(trace + first) as usize]);
-            let (along, outward) = (to - from, padded::<D, 2>(&cells.points.normals[range.start]));
-            let right = Point::<2>::new(along[1], -along[0]).normalize();
-            let sign = if right.dot(&outward) >= 0.0 { 1.0 } else { -1.0 };
-            chords.push(Chord {
-                traces: [a + first, b + first],
-                part: part as u8,
-                sign,
-                // ∫ N_a (m_a N_a + m_b N_b) = i, ∫ N_b (…) = j.
-                measure: [4.0 * i - 2.0 * j, 4.0 * j - 2.0 * i],
-                middle: (from + to) * 0.5,
-                outward: right * sign,
-            });
-        }
-        first += contact_surface.traces.len() as u32;
-    }
-    chords
 }
