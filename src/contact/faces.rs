@@ -60,10 +60,10 @@ impl LaidFaces {
         self.slopes[triangle].get_or_init(|| self.facing[triangle].iter().map(of).collect())
     }
 
-    /// The second derivatives of a sum of the mean gaps under a triangle with factors, over one of those that face it.
-    pub(crate) fn curve(&self, triangle: usize, facing: &Facing, factors: [f64; 3]) -> SMatrix<f64, LOCAL, LOCAL> {
-        let base = &self.bases[triangle];
-        base.curve(&facing.overlap, &base.over(&self.corners[facing.other as usize]), factors)
+    /// The second derivatives of a sum of the mean gaps under a triangle with factors, over one of those that face it, by its number.
+    pub(crate) fn curve(&self, triangle: usize, number: usize, factors: [f64; 3]) -> SMatrix<f64, LOCAL, LOCAL> {
+        let (base, other) = (&self.bases[triangle], self.facing[triangle][number].other);
+        base.curve(&base.over(&self.corners[other as usize]), &self.slopes(triangle)[number], factors)
     }
 }
 

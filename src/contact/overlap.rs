@@ -4,6 +4,8 @@ use nalgebra::{Matrix3, SMatrix, SVector};
 
 use crate::geometry::Point;
 
+use super::jet::Jet;
+
 /// Coordinates of the corners of two triangles.
 pub(super) const LOCAL: usize = 18;
 /// Coordinates of all corners but the first one, from that one.
@@ -14,8 +16,6 @@ const PLACES: usize = 6;
 const FOOT: usize = 9;
 /// Distances in barycentric coordinates that are none: a corner as near to a line lies on it for the triangles on both of its sides.
 const SAME: f64 = 1e-9;
-/// Inward gradients of the barycentric coordinates that vanish on the sides of the first triangle.
-const INWARD: [[f64; 2]; 3] = [[0.0, 1.0], [-1.0, -1.0], [1.0, 0.0]];
 
 /// A corner of the part of the first triangle that the other one covers.
 #[derive(Debug, Clone, Copy)]
@@ -82,56 +82,47 @@ pub(super) struct MeanGaps {
     pub shares: [[f64; 6]; 3],
 }
 
-/// Gradients of those.
+/// Derivatives of those.
 #[derive(Debug, Clone)]
 pub(super) struct GapSlopes {
+    /// Gradients.
     pub gaps: [SVector<f64, LOCAL>; 3],
     pub areas: [SVector<f64, LOCAL>; 3],
+    /// $\int\lambda_a\lambda_k\,\mathrm d\Gamma$ of the corners of the other triangle, over density: functions of its places.
+    far: [[Jet<PLACES>; 3]; 3],
 }
 
-/// Integrals over an overlap for each corner of the first triangle, with its linear function $\lambda_a$ as a factor.
-struct Integrals {
-    /// Of 1, x and y: gradients over the places.
-    slopes: [[[f64; PLACES]; 3]; 3],
-    /// Of the linear functions of the corners of the other triangle.
-    shares: [[f64; 3]; 3],
-    /// Those functions, as factors of 1, x and y.
-    linear: [[f64; 3]; 3],
-    /// The gap, as factors of 1, x and y.
-    gap: [f64; 3],
-}
+/// A place in coordinates of the first triangle, with its derivatives over some variables: `N = 0` for values alone.
+type Place<const N: usize> = [Jet<N>; 2];
 
-fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+fn cross<const N: usize>(a: &Place<N>, b: &Place<N>) -> Jet<N> {
     a[0] * b[1] - a[1] * b[0]
 }
 
+/// Twice the area of a polygon that runs counter-clockwise.
+fn twice_area(polygon: &[[f64; 2]]) -> f64 {
+    let next = |k: usize| polygon[(k + 1) % polygon.len()];
+    polygon.iter().enumerate().map(|(k, at)| at[0] * next(k)[1] - at[1] * next(k)[0]).sum()
+}
+
 /// How far inside a side of the first triangle a place lies, in barycentric coordinates.
-fn inside(side: usize, at: [f64; 2]) -> f64 {
+fn inside<const N: usize>(side: usize, at: &Place<N>) -> Jet<N> {
     match side {
         0 => at[1],
-        1 => 1.0 - at[0] - at[1],
+        1 => Jet::constant(1.0) - at[0] - at[1],
         _ => at[0],
     }
 }
 
-/// Where an edge crosses a side, as a part of the edge.
-fn crossing_part(ends: [[f64; 2]; 2], side: usize) -> f64 {
-    let [before, behind] = ends.map(|end| inside(side, end));
-    before / (before - behind)
-}
-
 /// Where an edge crosses a side.
-fn crossing(ends: [[f64; 2]; 2], side: usize) -> [f64; 2] {
-    let ([from, to], part) = (ends, crossing_part(ends, side));
+fn crossing<const N: usize>([from, to]: [&Place<N>; 2], side: usize) -> Place<N> {
+    let [before, behind] = [from, to].map(|end| inside(side, end));
+    let part = before * (before - behind).reciprocal();
     [0, 1].map(|i| from[i] + (to[i] - from[i]) * part)
 }
 
-/// What a change of the ends of an edge moves the place by where it crosses a side, times what it moves that point of the edge by.
-fn along_side([from, to]: [[f64; 2]; 2], side: usize) -> [[f64; 2]; 2] {
-    let drop = inside(side, from) - inside(side, to);
-    let along = [to[0] - from[0], to[1] - from[1]].map(|along| along / drop);
-    let of = |i: usize, j: usize| f64::from(u8::from(i == j)) + along[i] * INWARD[side][j];
-    [[of(0, 0), of(0, 1)], [of(1, 0), of(1, 1)]]
+fn constant<const N: usize>(at: &[f64; 2]) -> Place<N> {
+    at.map(Jet::constant)
 }
 
 /// The corner of the first triangle between two of its sides.
@@ -144,68 +135,30 @@ fn between(first: usize, second: usize) -> [f64; 2] {
     }
 }
 
-/// What an edge from a to b adds to $\int 1, x, y, x^2, xy, y^2$ over a polygon that runs counter-clockwise, over $a\times b$.
-fn edge_moments(a: [f64; 2], b: [f64; 2]) -> [f64; 6] {
-    let sum = [a[0] + b[0], a[1] + b[1]];
-    [
-        0.5,
-        sum[0] / 6.0,
-        sum[1] / 6.0,
-        (sum[0] * sum[0] - a[0] * b[0]) / 12.0,
-        (sum[0] * sum[1] + a[0] * a[1] + b[0] * b[1]) / 24.0,
-        (sum[1] * sum[1] - a[1] * b[1]) / 12.0,
-    ]
-}
-
-/// Gradients of those over a and b.
-fn edge_slopes(a: [f64; 2], b: [f64; 2]) -> [[f64; 4]; 6] {
-    let [ax, ay] = [0, 1].map(|i| 2.0 * a[i] + b[i]);
-    let [bx, by] = [0, 1].map(|i| a[i] + 2.0 * b[i]);
-    [
-        [0.0; 4],
-        [1.0 / 6.0, 0.0, 1.0 / 6.0, 0.0],
-        [0.0, 1.0 / 6.0, 0.0, 1.0 / 6.0],
-        [ax / 12.0, 0.0, bx / 12.0, 0.0],
-        [ay / 24.0, ax / 24.0, by / 24.0, bx / 24.0],
-        [0.0, ay / 12.0, 0.0, by / 12.0],
-    ]
-}
-
-/// Gradient of $a\times b$ over a and b.
-fn cross_slope(a: [f64; 2], b: [f64; 2]) -> [f64; 4] {
-    [b[1], -b[0], -a[1], a[0]]
-}
-
 /// For each corner of the first triangle the integrals of its linear function times 1, x and y.
-fn weighted(moments: &[f64; 6]) -> [[f64; 3]; 3] {
+fn weighted<const N: usize>(moments: &[Jet<N>; 6]) -> [[Jet<N>; 3]; 3] {
     let [one, x, y, xx, xy, yy] = *moments;
     [[one - x - y, x - xx - xy, y - xy - yy], [x, xx, xy], [y, xy, yy]]
 }
 
 /// The linear functions of the corners at places, as factors of 1, x and y.
-fn linear(places: &[[f64; 2]; 3]) -> [[f64; 3]; 3] {
-    let [p, q, r] = *places;
-    let inverse = 1.0 / cross([q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]);
-    let of = |a: [f64; 2], b: [f64; 2]| [cross(a, b) * inverse, (a[1] - b[1]) * inverse, (b[0] - a[0]) * inverse];
+fn linear<const N: usize>(places: &[Place<N>; 3]) -> [[Jet<N>; 3]; 3] {
+    let [p, q, r] = places;
+    let inverse = cross(&[q[0] - p[0], q[1] - p[1]], &[r[0] - p[0], r[1] - p[1]]).reciprocal();
+    let of = |a: &Place<N>, b: &Place<N>| [cross(a, b) * inverse, (a[1] - b[1]) * inverse, (b[0] - a[0]) * inverse];
     let (first, second) = (of(q, r), of(r, p));
     // They sum to one.
-    let third = [1.0 - first[0] - second[0], -first[1] - second[1], -first[2] - second[2]];
+    let third = [0, 1, 2].map(|m| Jet::constant(if m == 0 { 1.0 } else { 0.0 }) - first[m] - second[m]);
     [first, second, third]
-}
-
-fn product(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 impl Overlap {
     /// What a triangle with corners at `places` covers of the first one.
     pub(crate) fn new(places: &[[f64; 2]; 3]) -> Option<Self> {
-        if (0..3).any(|side| places.iter().all(|place| inside(side, *place) < -SAME)) {
+        if (0..3).any(|side| places.iter().all(|place| inside::<0>(side, &constant(place)).value < -SAME)) {
             return None;
         }
-        let [p, q, r] = *places;
-        let turn = cross([q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]);
-        let order = if turn > 0.0 { [0, 1, 2] } else { [0, 2, 1] };
+        let order = if twice_area(places) > 0.0 { [0, 1, 2] } else { [0, 2, 1] };
         let vertex = |k: usize| Vertex {
             at: places[order[k]],
             corner: Corner::Opposite(order[k]),
@@ -222,15 +175,9 @@ impl Overlap {
         (overlap.area() > 0.0).then_some(overlap)
     }
 
-    /// The corners at both ends of each edge.
-    fn edges(&self) -> impl Iterator<Item = [&Vertex; 2]> {
-        let behind = self.vertices.iter().skip(1).chain(&self.vertices[..1]);
-        self.vertices.iter().zip(behind).map(|(from, to)| [from, to])
-    }
-
     /// Its part of the first triangle.
     pub(crate) fn area(&self) -> f64 {
-        self.edges().map(|[from, to]| cross(from.at, to.at)).sum()
+        twice_area(&self.vertices.iter().map(|vertex| vertex.at).collect::<Vec<_>>())
     }
 
     /// Whether another part of the same triangle lies over this one by more than a part of the triangle.
@@ -238,7 +185,7 @@ impl Overlap {
         let mut polygon: Vec<[f64; 2]> = self.vertices.iter().map(|vertex| vertex.at).collect();
         for (k, vertex) in other.vertices.iter().enumerate() {
             let (from, to) = (vertex.at, other.vertices[(k + 1) % other.vertices.len()].at);
-            let left = |at: [f64; 2]| cross([to[0] - from[0], to[1] - from[1]], [at[0] - from[0], at[1] - from[1]]);
+            let left = |at: [f64; 2]| (to[0] - from[0]) * (at[1] - from[1]) - (to[1] - from[1]) * (at[0] - from[0]);
             let mut kept = Vec::with_capacity(polygon.len() + 1);
             for (i, &at) in polygon.iter().enumerate() {
                 let next = polygon[(i + 1) % polygon.len()];
@@ -253,140 +200,43 @@ impl Overlap {
             }
             polygon = kept;
         }
-        let corners = polygon.len();
-        (0..corners).map(|k| cross(polygon[k], polygon[(k + 1) % corners])).sum::<f64>() > more
+        twice_area(&polygon) > more
     }
 
     /// $\int 1, x, y, x^2, xy, y^2$.
-    fn moments(&self) -> [f64; 6] {
-        let mut found = [0.0; 6];
-        for [from, to] in self.edges() {
-            let turn = cross(from.at, to.at);
-            found.iter_mut().zip(edge_moments(from.at, to.at)).for_each(|(moment, part)| *moment += turn * part);
-        }
-        found
-    }
-
-    /// Gradients of the coordinates of its corners over the places.
-    fn corner_slopes(&self, places: &[[f64; 2]; 3]) -> Vec<[[f64; PLACES]; 2]> {
-        let of = |vertex: &Vertex| {
-            let mut slope = [[0.0; PLACES]; 2];
-            match vertex.corner {
-                Corner::Own => {}
-                Corner::Opposite(k) => (0..2).for_each(|i| slope[i][2 * k + i] = 1.0),
-                Corner::Crossing(ends, side) => {
-                    let at = ends.map(|k| places[k]);
-                    let (part, along) = (crossing_part(at, side), along_side(at, side));
-                    for (k, part) in ends.into_iter().zip([1.0 - part, part]) {
-                        for i in 0..2 {
-                            (0..2).for_each(|j| slope[i][2 * k + j] = part * along[i][j]);
-                        }
-                    }
-                }
-            }
-            slope
+    fn moments<const N: usize>(&self, places: &[Place<N>; 3]) -> [Jet<N>; 6] {
+        let place = |vertex: &Vertex| match vertex.corner {
+            Corner::Own => constant(&vertex.at),
+            Corner::Opposite(k) => places[k],
+            Corner::Crossing(ends, side) => crossing(ends.map(|k| &places[k]), side),
         };
-        self.vertices.iter().map(of).collect()
-    }
-
-    /// Gradients of the moments over the places.
-    fn moment_slopes(&self, corners: &[[[f64; PLACES]; 2]]) -> [[f64; PLACES]; 6] {
-        let mut found = [[0.0; PLACES]; 6];
-        for (k, [from, to]) in self.edges().enumerate() {
-            let (a, b) = (from.at, to.at);
-            let (turn, by_turn) = (cross(a, b), cross_slope(a, b));
-            let (parts, slopes) = (edge_moments(a, b), edge_slopes(a, b));
-            let ends = [&corners[k], &corners[(k + 1) % corners.len()]];
-            for m in 0..6 {
-                for v in 0..4 {
-                    let by = by_turn[v] * parts[m] + turn * slopes[m][v];
-                    let along = &ends[v / 2][v % 2];
-                    (0..PLACES).for_each(|q| found[m][q] += by * along[q]);
-                }
-            }
+        let corners: Vec<Place<N>> = self.vertices.iter().map(place).collect();
+        let mut found = [Jet::constant(0.0); 6];
+        for (k, a) in corners.iter().enumerate() {
+            let b = &corners[(k + 1) % corners.len()];
+            let (turn, x, y) = (cross(a, b), a[0] + b[0], a[1] + b[1]);
+            found[0] = found[0] + turn * 0.5;
+            found[1] = found[1] + turn * x * (1.0 / 6.0);
+            found[2] = found[2] + turn * y * (1.0 / 6.0);
+            found[3] = found[3] + turn * (x * x - a[0] * b[0]) * (1.0 / 12.0);
+            found[4] = found[4] + turn * (x * y + a[0] * a[1] + b[0] * b[1]) * (1.0 / 24.0);
+            found[5] = found[5] + turn * (y * y - a[1] * b[1]) * (1.0 / 12.0);
         }
         found
     }
 
-    /// Second derivatives over the places of the integral of a polynomial, given by factors of the moments, that does not change.
-    fn curve(
-        &self,
-        factors: &[f64; 6],
-        places: &[[f64; 2]; 3],
-        corners: &[[[f64; PLACES]; 2]],
-    ) -> [[f64; PLACES]; PLACES] {
-        let mut found = [[0.0; PLACES]; PLACES];
-        let mut forces = vec![[0.0; 2]; corners.len()];
-        let [.., xx, xy, yy] = *factors;
-        let (xx, xy, yy) = (xx / 12.0, xy / 24.0, yy / 12.0);
-        let bent = [
-            [2.0 * xx, 2.0 * xy, xx, xy],
-            [2.0 * xy, 2.0 * yy, xy, yy],
-            [xx, xy, 2.0 * xx, 2.0 * xy],
-            [xy, yy, 2.0 * xy, 2.0 * yy],
-        ];
-        for (k, [from, to]) in self.edges().enumerate() {
-            let (a, b, next) = (from.at, to.at, (k + 1) % corners.len());
-            let (turn, by_turn) = (cross(a, b), cross_slope(a, b));
-            let sum = factors.iter().zip(edge_moments(a, b)).map(|(factor, part)| factor * part).sum::<f64>();
-            let (mut by_sum, slopes) = ([0.0; 4], edge_slopes(a, b));
-            for v in 0..4 {
-                by_sum[v] = (0..6).map(|m| factors[m] * slopes[m][v]).sum();
-                forces[if v < 2 { k } else { next }][v % 2] += by_turn[v] * sum + turn * by_sum[v];
-            }
-            let along = [&corners[k][0], &corners[k][1], &corners[next][0], &corners[next][1]];
-            for v in 0..4 {
-                let mut row = [0.0; 4];
-                for w in 0..4 {
-                    row[w] = by_turn[v] * by_sum[w] + by_sum[v] * by_turn[w] + turn * bent[v][w];
-                }
-                // The second derivatives of the cross product.
-                row[3 - v] += if v == 0 || v == 3 { sum } else { -sum };
-                let mut half = [0.0; PLACES];
-                for w in 0..4 {
-                    (0..PLACES).for_each(|q| half[q] += row[w] * along[w][q]);
-                }
-                for p in 0..PLACES {
-                    (0..PLACES).for_each(|q| found[p][q] += along[v][p] * half[q]);
-                }
-            }
-        }
-        for (vertex, force) in self.vertices.iter().zip(&forces) {
-            if let Corner::Crossing(ends, side) = vertex.corner {
-                add_turning(force, ends, side, places, &mut found);
-            }
-        }
-        found
-    }
-}
-
-/// Adds the second derivatives of the place where an edge of the other triangle crosses a side, along a force.
-fn add_turning(
-    force: &[f64; 2],
-    ends: [usize; 2],
-    side: usize,
-    places: &[[f64; 2]; 3],
-    curve: &mut [[f64; PLACES]; PLACES],
-) {
-    let at = ends.map(|k| places[k]);
-    let (part, along) = (crossing_part(at, side), along_side(at, side));
-    let drop = inside(side, at[0]) - inside(side, at[1]);
-    // How the part of the edge changes, and what a change of the edge's direction does along the side.
-    let (mut shift, mut turned) = ([0.0; PLACES], [0.0; PLACES]);
-    for (k, part, sign) in [(ends[0], 1.0 - part, -1.0), (ends[1], part, 1.0)] {
-        for j in 0..2 {
-            shift[2 * k + j] = part * INWARD[side][j] / drop;
-            turned[2 * k + j] = sign * (force[0] * along[0][j] + force[1] * along[1][j]);
-        }
-    }
-    for p in 0..PLACES {
-        (0..PLACES).for_each(|q| curve[p][q] += shift[p] * turned[q] + turned[p] * shift[q]);
+    /// The integrals of the linear functions of the corners of the first triangle times 1, x and y, and times those of the corners of the
+    /// other one.
+    fn integrals<const N: usize>(&self, places: &[Place<N>; 3]) -> [[[Jet<N>; 3]; 3]; 2] {
+        let (near, linear) = (weighted(&self.moments(places)), linear(places));
+        let product = |a: &[Jet<N>; 3], b: &[Jet<N>; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        [near, near.each_ref().map(|near| linear.each_ref().map(|linear| product(linear, near)))]
     }
 }
 
 /// Cuts off what lies outside of a side of the first triangle. What lies on the side stays as it is, and moves with the other triangle.
 fn cut(vertices: &[Vertex], side: usize, places: &[[f64; 2]; 3]) -> Vec<Vertex> {
-    let depth: Vec<f64> = vertices.iter().map(|vertex| inside(side, vertex.at)).collect();
+    let depth: Vec<f64> = vertices.iter().map(|vertex| inside::<0>(side, &constant(&vertex.at)).value).collect();
     let mut kept = Vec::with_capacity(vertices.len() + 1);
     for (k, vertex) in vertices.iter().enumerate() {
         let (here, there) = (depth[k], depth[(k + 1) % vertices.len()]);
@@ -394,7 +244,8 @@ fn cut(vertices: &[Vertex], side: usize, places: &[[f64; 2]; 3]) -> Vec<Vertex> 
             Edge::Own(other) => Vertex { at: between(side, other), corner: Corner::Own, edge },
             Edge::Opposite(ends) => {
                 let corner = Corner::Crossing(ends, side);
-                Vertex { at: crossing(ends.map(|k| places[k]), side), corner, edge }
+                let [from, to] = ends.map(|k| constant::<0>(&places[k]));
+                Vertex { at: crossing([&from, &to], side).map(|jet| jet.value), corner, edge }
             }
         };
         if here >= -SAME {
@@ -436,50 +287,76 @@ impl Base {
 
     /// The mean gaps under the corners of this triangle over an overlap.
     pub(crate) fn mean_gaps(&self, overlap: &Overlap, over: &Over) -> MeanGaps {
-        let (weighted, linear) = (weighted(&overlap.moments()), linear(&over.places));
+        let [near, far] = overlap.integrals::<0>(&over.places.each_ref().map(constant));
         let mut found = MeanGaps { values: [0.0; 3], areas: [0.0; 3], shares: [[0.0; 6]; 3] };
         for a in 0..3 {
-            let [one, x, y] = weighted[a].map(|w| w * self.density);
-            let far = linear.map(|linear| product(linear, [one, x, y]));
+            let [one, x, y] = near[a].map(|integral| integral.value * self.density);
+            let far = far[a].map(|integral| integral.value * self.density);
             found.areas[a] = one;
-            found.values[a] = product(far, over.gaps);
+            found.values[a] = far[0] * over.gaps[0] + far[1] * over.gaps[1] + far[2] * over.gaps[2];
             found.shares[a] = [one - x - y, x, y, far[0], far[1], far[2]];
         }
         found
     }
 
-    fn integrals(&self, overlap: &Overlap, over: &Over, corners: &[[[f64; PLACES]; 2]]) -> Integrals {
-        let (weighted_now, linear) = (weighted(&overlap.moments()), linear(&over.places));
-        let (moments, mut slopes) = (overlap.moment_slopes(corners), [[[0.0; PLACES]; 3]; 3]);
-        for q in 0..PLACES {
-            let by = weighted(&moments.map(|slope| slope[q]));
-            for a in 0..3 {
-                (0..3).for_each(|m| slopes[a][m][q] = by[a][m]);
+    /// Derivatives of the mean gaps.
+    pub(crate) fn slopes(&self, overlap: &Overlap, over: &Over) -> GapSlopes {
+        let variable = |k: usize, i: usize| Jet::variable(over.places[k][i], 2 * k + i);
+        let [near, far] = overlap.integrals::<PLACES>(&[0, 1, 2].map(|k| [variable(k, 0), variable(k, 1)]));
+        let motions = self.motions(over);
+        let all = |foot: &SVector<f64, FOOT>| self.all_corners(&motions.tr_mul(foot));
+        let area = |a: usize| all(&SVector::from_fn(|i, _| if i < PLACES { near[a][0].slope[i] } else { 0.0 }));
+        let gap = |a: usize| all(&over.foot(&far[a]).0);
+        GapSlopes { gaps: [gap(0), gap(1), gap(2)], areas: [area(0), area(1), area(2)], far }
+    }
+
+    /// A gradient over relative coordinates as one over the coordinates of all corners, times density: what the first corner does is the
+    /// opposite of what the others do.
+    fn all_corners(&self, relative: &SVector<f64, RELATIVE>) -> SVector<f64, LOCAL> {
+        let mut all = SVector::<f64, LOCAL>::zeros();
+        for i in 0..RELATIVE {
+            all[3 + i] = relative[i] * self.density;
+            all[i % 3] -= relative[i] * self.density;
+        }
+        all
+    }
+
+    /// Second derivatives of a sum of the mean gaps with factors, over the coordinates of all corners.
+    pub(crate) fn curve(&self, over: &Over, slopes: &GapSlopes, factors: [f64; 3]) -> SMatrix<f64, LOCAL, LOCAL> {
+        let sum = |k: usize| {
+            let [a, b, c] = [0, 1, 2].map(|a| slopes.far[a][k] * factors[a]);
+            a + b + c
+        };
+        let (foot, local) = over.foot(&[sum(0), sum(1), sum(2)]);
+        let motions = self.motions(over);
+        let relative = motions.tr_mul(&(local * motions)) + self.bent(over, &foot);
+        let mut all = SMatrix::<f64, LOCAL, LOCAL>::zeros();
+        for j in 0..RELATIVE {
+            let column = self.all_corners(&relative.column(j).into_owned());
+            for i in 0..LOCAL {
+                all[(i, 3 + j)] = column[i];
+                all[(i, j % 3)] -= column[i];
             }
         }
-        Integrals {
-            slopes,
-            shares: weighted_now.map(|of| linear.map(|linear| product(linear, of))),
-            linear,
-            gap: [0, 1, 2].map(|m| product(over.gaps, linear.map(|linear| linear[m]))),
+        all
+    }
+
+    /// What the edges of this triangle and the corners of the other one, from the first corner, move places and then gaps by.
+    fn motions(&self, over: &Over) -> SMatrix<f64, FOOT, RELATIVE> {
+        let (metric, mut found) = (self.metric(), SMatrix::zeros());
+        for k in 0..3 {
+            let ([x, y], gap) = (over.places[k], over.gaps[k]);
+            for (c, along) in [self.dual[0], self.dual[1], self.normal].iter().enumerate() {
+                let turned = if c < 2 { metric[c].map(|part| part * gap) } else { [0.0; 2] };
+                let row = if c < 2 { 2 * k + c } else { PLACES + k };
+                for i in 0..3 {
+                    found[(row, i)] = self.normal[i] * turned[0] - along[i] * x;
+                    found[(row, 3 + i)] = self.normal[i] * turned[1] - along[i] * y;
+                    found[(row, 6 + 3 * k + i)] = along[i];
+                }
+            }
         }
-    }
-
-    /// Gradients of the mean gaps.
-    pub(crate) fn slopes(&self, overlap: &Overlap, over: &Over) -> GapSlopes {
-        let all = self.integrals(overlap, over, &overlap.corner_slopes(&over.places));
-        let gap = |a: usize| {
-            let by_place = all.by_place(&all.slopes[a], &all.shares[a]);
-            self.pulled_back(over, &by_place, &all.shares[a])
-        };
-        let area = |a: usize| self.pulled_back(over, &all.slopes[a][0], &[0.0; 3]);
-        GapSlopes { gaps: [gap(0), gap(1), gap(2)], areas: [area(0), area(1), area(2)] }
-    }
-
-    /// The force on each corner of the other triangle of a function of places and gaps.
-    fn forces(&self, by_place: &[f64; PLACES], by_gap: &[f64; 3]) -> [Point<3>; 3] {
-        let [x, y] = self.dual;
-        [0, 1, 2].map(|k| x * by_place[2 * k] + y * by_place[2 * k + 1] + self.normal * by_gap[k])
+        found
     }
 
     /// Products of the gradients of the coordinates.
@@ -487,103 +364,30 @@ impl Base {
         self.dual.map(|a| self.dual.map(|b| a.dot(&b)))
     }
 
-    /// A gradient over places and gaps as one over the coordinates of all corners, times density.
-    fn pulled_back(&self, over: &Over, by_place: &[f64; PLACES], by_gap: &[f64; 3]) -> SVector<f64, LOCAL> {
-        let (forces, metric) = (self.forces(by_place, by_gap), self.metric());
-        let edge = |side: usize| {
-            let mut force = Point::<3>::zeros();
-            for k in 0..3 {
-                let turned = by_place[2 * k] * metric[0][side] + by_place[2 * k + 1] * metric[1][side];
-                force += self.normal * (over.gaps[k] * turned) - forces[k] * over.places[k][side];
-            }
-            force
-        };
-        let (first, second) = (edge(0), edge(1));
-        let origin = -(first + second + forces[0] + forces[1] + forces[2]);
-        let all = [origin, first, second, forces[0], forces[1], forces[2]];
-        SVector::from_fn(|i, _| all[i / 3][i % 3] * self.density)
-    }
-
-    /// Second derivatives of a sum of the mean gaps with factors, over the coordinates of all corners.
-    pub(crate) fn curve(&self, overlap: &Overlap, over: &Over, factors: [f64; 3]) -> SMatrix<f64, LOCAL, LOCAL> {
-        let corners = overlap.corner_slopes(&over.places);
-        let all = self.integrals(overlap, over, &corners);
-        let sum = |of: [f64; 3]| product(factors, of);
-        let mut slopes = [[0.0; PLACES]; 3];
-        for m in 0..3 {
-            (0..PLACES).for_each(|q| slopes[m][q] = sum(all.slopes.map(|of| of[m][q])));
-        }
-        let shares = [0, 1, 2].map(|k| sum(all.shares.map(|of| of[k])));
-        // The integrand: a linear function times the gap.
-        let ([one, x, y], gap) = ([factors[0], factors[1] - factors[0], factors[2] - factors[0]], all.gap);
-        let integrand = [
-            one * gap[0],
-            one * gap[1] + x * gap[0],
-            one * gap[2] + y * gap[0],
-            x * gap[1],
-            x * gap[2] + y * gap[1],
-            y * gap[2],
-        ];
-        let polygon = overlap.curve(&integrand, &over.places, &corners);
-        let local = all.curve(&polygon, &slopes, &shares);
-        let by_place = all.by_place(&slopes, &shares);
-        self.whole(&self.relative(over, &local, &by_place, &shares))
-    }
-
-    /// What the edges of this triangle and the corners of the other one, from the first corner, move places and gaps by.
-    fn motions(&self, over: &Over) -> [[f64; RELATIVE]; FOOT] {
-        let (metric, mut found) = (self.metric(), [[0.0; RELATIVE]; FOOT]);
-        for k in 0..3 {
-            let ([x, y], gap) = (over.places[k], over.gaps[k]);
-            for (c, along) in [self.dual[0], self.dual[1], self.normal].iter().enumerate() {
-                let turned = if c < 2 { metric[c].map(|part| part * gap) } else { [0.0; 2] };
-                let row = &mut found[3 * k + c];
-                for i in 0..3 {
-                    row[i] = self.normal[i] * turned[0] - along[i] * x;
-                    row[3 + i] = self.normal[i] * turned[1] - along[i] * y;
-                    row[6 + 3 * k + i] = along[i];
-                }
-            }
-        }
-        found
-    }
-
-    /// Second derivatives over places and gaps as those over relative coordinates: places and gaps are no linear functions of these.
-    fn relative(
-        &self,
-        over: &Over,
-        local: &[[f64; FOOT]; FOOT],
-        by_place: &[f64; PLACES],
-        by_gap: &[f64; 3],
-    ) -> [[f64; RELATIVE]; RELATIVE] {
-        let (motions, mut found) = (self.motions(over), [[0.0; RELATIVE]; RELATIVE]);
-        for p in 0..FOOT {
-            let mut half = [0.0; RELATIVE];
-            for q in 0..FOOT {
-                (0..RELATIVE).for_each(|j| half[j] += local[p][q] * motions[q][j]);
-            }
-            for i in 0..RELATIVE {
-                (0..RELATIVE).for_each(|j| found[i][j] += motions[p][i] * half[j]);
-            }
-        }
+    /// What second derivatives over relative coordinates have because places and gaps are no linear functions of these, for a gradient over
+    /// places and gaps.
+    fn bent(&self, over: &Over, foot: &SVector<f64, FOOT>) -> SMatrix<f64, RELATIVE, RELATIVE> {
+        let mut found = SMatrix::<f64, RELATIVE, RELATIVE>::zeros();
         let mut add = |first: usize, second: usize, block: &Matrix3<f64>| {
             for i in 0..3 {
                 for j in 0..3 {
-                    found[3 * first + i][3 * second + j] += block[(i, j)];
-                    found[3 * second + j][3 * first + i] += block[(i, j)];
+                    found[(3 * first + i, 3 * second + j)] += block[(i, j)];
+                    found[(3 * second + j, 3 * first + i)] += block[(i, j)];
                 }
             }
         };
-        let (forces, metric, normal) = (self.forces(by_place, by_gap), self.metric(), self.normal);
+        let ([x, y], metric, normal) = (self.dual, self.metric(), self.normal);
+        // The force on each corner of the other triangle.
+        let forces = [0, 1, 2].map(|k| x * foot[2 * k] + y * foot[2 * k + 1] + normal * foot[PLACES + k]);
         let (mut force, mut pushed) = (Point::<3>::zeros(), 0.0);
         for k in 0..3 {
             force += forces[k] * over.gaps[k];
-            pushed += by_gap[k] * over.gaps[k];
+            pushed += foot[PLACES + k] * over.gaps[k];
         }
         for edge in 0..2 {
             let (mut between, mut lever) = ([Matrix3::zeros(); 2], 0.0);
             for k in 0..3 {
-                let turned = by_place[2 * k] * metric[0][edge] + by_place[2 * k + 1] * metric[1][edge];
+                let turned = foot[2 * k] * metric[0][edge] + foot[2 * k + 1] * metric[1][edge];
                 let mixed = normal * normal.transpose() * turned - self.dual[edge] * forces[k].transpose();
                 add(2 + k, edge, &mixed);
                 (0..2).for_each(|other| between[other] -= mixed * over.places[k][other]);
@@ -596,65 +400,22 @@ impl Base {
         }
         found
     }
-
-    /// Second derivatives over relative coordinates as those over all, times density: what the first corner does is the opposite of
-    /// what the others do.
-    fn whole(&self, relative: &[[f64; RELATIVE]; RELATIVE]) -> SMatrix<f64, LOCAL, LOCAL> {
-        let mut all = SMatrix::<f64, LOCAL, LOCAL>::zeros();
-        for i in 0..RELATIVE {
-            for j in 0..RELATIVE {
-                let value = relative[i][j] * self.density;
-                all[(3 + i, 3 + j)] = value;
-                all[(i % 3, 3 + j)] -= value;
-                all[(3 + i, j % 3)] -= value;
-                all[(i % 3, j % 3)] += value;
-            }
-        }
-        all
-    }
 }
 
-impl Integrals {
-    /// The gradient over the places of the integral of the gap times a function, given the gradients of the integrals of that function times
-    /// 1, x and y and those with the linear functions of the other triangle.
-    fn by_place(&self, slopes: &[[f64; PLACES]; 3], shares: &[f64; 3]) -> [f64; PLACES] {
-        let mut found = [0.0; PLACES];
-        for q in 0..PLACES {
-            let fixed = product(self.gap, [slopes[0][q], slopes[1][q], slopes[2][q]]);
-            // Where the corner goes the gap was another one.
-            found[q] = fixed - shares[q / 2] * self.gap[1 + q % 2];
-        }
-        found
-    }
-
-    /// Its second derivatives over places and gaps, place by place with its gap; `polygon` are those with the gap as it is.
-    fn curve(
-        &self,
-        polygon: &[[f64; PLACES]; PLACES],
-        slopes: &[[f64; PLACES]; 3],
-        shares: &[f64; 3],
-    ) -> [[f64; FOOT]; FOOT] {
-        let mut found = [[0.0; FOOT]; FOOT];
-        let place = |q: usize| 3 * (q / 2) + q % 2;
-        let mut fixed = [[0.0; 3]; PLACES];
-        for q in 0..PLACES {
-            fixed[q] = self.linear.map(|linear| product(linear, [slopes[0][q], slopes[1][q], slopes[2][q]]));
-        }
-        for p in 0..PLACES {
-            let (i, c) = (p / 2, 1 + p % 2);
+impl Over {
+    /// Gradient and Hessian over places and then gaps of the sum of the gaps with functions of places as factors.
+    fn foot(&self, far: &[Jet<PLACES>; 3]) -> (SVector<f64, FOOT>, SMatrix<f64, FOOT, FOOT>) {
+        let (mut slope, mut curve) = (SVector::zeros(), SMatrix::zeros());
+        for (k, (far, gap)) in far.iter().zip(self.gaps).enumerate() {
+            slope[PLACES + k] = far.value;
             for q in 0..PLACES {
-                let (j, d) = (q / 2, 1 + q % 2);
-                found[place(p)][place(q)] = polygon[p][q]
-                    + (shares[i] * self.linear[j][c] - fixed[p][j]) * self.gap[d]
-                    + (shares[j] * self.linear[i][d] - fixed[q][i]) * self.gap[c];
-            }
-            for k in 0..3 {
-                let mixed = fixed[p][k] - shares[i] * self.linear[k][c];
-                found[place(p)][3 * k + 2] = mixed;
-                found[3 * k + 2][place(p)] = mixed;
+                slope[q] += far.slope[q] * gap;
+                curve[(q, PLACES + k)] = far.slope[q];
+                curve[(PLACES + k, q)] = far.slope[q];
+                (0..PLACES).for_each(|p| curve[(p, q)] += far.curve[(p, q)] * gap);
             }
         }
-        found
+        (slope, curve)
     }
 }
 
@@ -696,7 +457,7 @@ mod tests {
                     let factors = std::array::from_fn(|k| f64::from(u8::from(k == corner)));
                     let value = base.mean_gaps(&overlap, &over).values[corner];
                     let slope = base.slopes(&overlap, &over).gaps[corner];
-                    (value, slope, base.curve(&overlap, &over, factors))
+                    (value, slope, base.curve(&over, &base.slopes(&overlap, &over), factors))
                 };
                 assert_derivatives(at, &q);
                 let area = |q: &[f64; LOCAL]| {

@@ -622,9 +622,9 @@ impl<const D: usize> PairContact<D> {
         }
         for (triangle, factors) in at_corners.into_iter().enumerate().filter(|(_, factors)| *factors != [0.0; 3]) {
             let [a, b, c] = faces.triangles[triangle].movers;
-            for facing in &laid.facing[triangle] {
+            for (number, facing) in laid.facing[triangle].iter().enumerate() {
                 let [d, e, f] = faces.triangles[facing.other as usize].movers;
-                self.add_curve(&[a, b, c, d, e, f], 1.0, laid.curve(triangle, facing, factors).as_slice(), out);
+                self.add_curve(&[a, b, c, d, e, f], 1.0, laid.curve(triangle, number, factors).as_slice(), out);
             }
         }
     }
