@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::geometry::Point;
+use crate::geometry::{Bounds, Point};
 
 /// Boxes by the bins that they reach into.
 #[derive(Debug, Clone)]
@@ -16,15 +16,14 @@ pub(super) struct Bins {
 }
 
 impl Bins {
-    /// Boxes between two corners with their numbers, in bins of a size.
-    pub(super) fn new(boxes: &[(u32, [Point<3>; 2])], size: f64) -> Self {
-        let (mut low, mut high) = (Point::<3>::repeat(f64::INFINITY), Point::<3>::repeat(f64::NEG_INFINITY));
-        boxes.iter().for_each(|(_, [a, b])| (low, high) = (low.inf(a), high.sup(b)));
+    /// Boxes with their numbers, in bins of a size.
+    pub(super) fn new(boxes: &[(u32, Bounds<3>)], size: f64) -> Self {
+        let Bounds { low, high } = boxes.iter().fold(Bounds::none(), |all, (_, own)| all.join(own));
         let size = if size > 0.0 && size.is_finite() { size } else { f64::INFINITY };
         let mut bins = Bins { low, size, last: [0; 3], lists: HashMap::new() };
         bins.last = bins.bin(&high);
-        for (k, [a, b]) in boxes {
-            let (from, to) = (bins.bin(a), bins.bin(b));
+        for (k, own) in boxes {
+            let (from, to) = (bins.bin(&own.low), bins.bin(&own.high));
             for i in from[0]..=to[0] {
                 for j in from[1]..=to[1] {
                     for l in from[2]..=to[2] {
@@ -58,10 +57,4 @@ impl Bins {
             }
         }
     }
-}
-
-/// The box around some points.
-pub(super) fn around<const N: usize>(points: &[Point<3>; N]) -> [Point<3>; 2] {
-    let start = [points[0]; 2];
-    points.iter().fold(start, |[low, high], x| [low.inf(x), high.sup(x)])
 }

@@ -1,8 +1,8 @@
 //! The boundary parts that may touch each other as chains of chords, and which chord faces which.
 
-use crate::geometry::{Point, padded};
+use crate::geometry::{Bounds, Point, padded};
 
-use super::bins::{Bins, around};
+use super::bins::Bins;
 use super::facing::{BEHIND, Facets};
 use super::mortar::{End, Facing, Overlap};
 
@@ -69,13 +69,12 @@ impl Chain {
 
     /// Finds what faces each chord that carries pressures.
     pub(crate) fn laid(&self, ends: Vec<Point<2>>) -> Laid {
-        let around = |chord: &Chord| around(&chord.traces.map(|trace| padded(&ends[trace as usize])));
-        let boxes: Vec<(u32, [Point<3>; 2])> = (0..).zip(self.chords.iter().map(around)).collect();
-        let longest = boxes.iter().map(|(_, [a, b])| (b - a).amax()).fold(0.0, f64::max);
-        let start = boxes.first().map_or([Point::zeros(); 2], |(_, ends)| *ends);
-        let [low, high] = boxes.iter().fold(start, |[low, high], (_, [a, b])| [low.inf(a), high.sup(b)]);
+        let around = |chord: &Chord| Bounds::of(&chord.traces.map(|trace| padded(&ends[trace as usize])));
+        let boxes: Vec<(u32, Bounds<3>)> = (0..).zip(self.chords.iter().map(around)).collect();
+        let longest = boxes.iter().map(|(_, own)| own.extent().amax()).fold(0.0, f64::max);
+        let extent = boxes.iter().fold(Bounds::none(), |all, (_, own)| all.join(own)).extent();
         // About as many bins as there are chords.
-        let mean = ((high[0] - low[0]) * (high[1] - low[1]) / boxes.len() as f64).sqrt();
+        let mean = (extent[0] * extent[1] / boxes.len() as f64).sqrt();
         let bins = Bins::new(&boxes, longest.max(mean));
         let facing = (0..self.chords.len()).map(|chord| self.search(chord, &ends, &bins)).collect();
         Laid { ends, facing, reach: f64::from(REACH - 1) * bins.size }

@@ -8,8 +8,9 @@ use nalgebra::SMatrix;
 use crate::geometry::{Point, padded};
 use crate::order;
 
-use super::facets::{Facing, Gap, Seen, Sorted, Triangle, covered, gap};
+use super::facets::{Facing, LOCAL as POINT, Seen, Sorted, Triangle, covered, gap};
 use super::facing::{Facet, Facets};
+use super::jet::Jet;
 use super::overlap::{Base, GapSlopes, LOCAL};
 
 /// A point of a facet that is no triangles, of the part that carries pressures, and the mover there.
@@ -239,7 +240,7 @@ impl Faces {
         laid: &LaidFaces,
         point: u32,
         place: impl Fn(u32) -> Point<3>,
-    ) -> Option<(u32, u32, Gap)> {
+    ) -> Option<(u32, u32, Jet<POINT>)> {
         let loose = (*self.loose_of.get(point as usize)?)? as usize;
         let (mover, triangle) = (self.loose[loose].mover, laid.opposite[loose]?);
         let sign = self.triangles[triangle as usize].sign;

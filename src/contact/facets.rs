@@ -1,10 +1,8 @@
 //! Triangles of the boundary in space, which of them face each other, and the gap of a point over one of them.
 
-use nalgebra::{SMatrix, SVector};
+use crate::geometry::{Bounds, Point};
 
-use crate::geometry::Point;
-
-use super::bins::{Bins, around};
+use super::bins::Bins;
 use super::facing::BEHIND;
 use super::jet::Jet;
 use super::overlap::{Base, MeanGaps, Overlap};
@@ -33,28 +31,8 @@ pub(super) struct Triangle {
     pub facet: u32,
 }
 
-/// The gap of a point over a triangle, with its derivatives.
-pub(super) struct Gap {
-    pub value: f64,
-    pub slope: SVector<f64, LOCAL>,
-    pub curve: SMatrix<f64, LOCAL, LOCAL>,
-}
-
-impl Gap {
-    /// The normal of the triangle, towards the point.
-    pub(crate) fn normal(&self) -> Point<3> {
-        self.slope.fixed_rows::<3>(0).into()
-    }
-
-    /// What point and corners move the place of contact by.
-    pub(crate) fn shares(&self) -> [f64; 4] {
-        let normal = self.normal();
-        std::array::from_fn(|k| self.slope.fixed_rows::<3>(3 * k).dot(&normal).abs())
-    }
-}
-
-/// The distance of a point from the plane of a triangle.
-pub(super) fn gap(point: &Point<3>, ends: &[Point<3>; 3], sign: f64) -> Gap {
+/// The distance of a point from the plane of a triangle, over their coordinates.
+pub(super) fn gap(point: &Point<3>, ends: &[Point<3>; 3], sign: f64) -> Jet<LOCAL> {
     let of =
         |x: &Point<3>, first: usize| -> [Jet<LOCAL>; 3] { std::array::from_fn(|i| Jet::variable(x[i], first + i)) };
     let x = of(point, 0);
@@ -67,8 +45,7 @@ pub(super) fn gap(point: &Point<3>, ends: &[Point<3>; 3], sign: f64) -> Gap {
     let (first, second, away) =
         (minus(&corners[1], &corners[0]), minus(&corners[2], &corners[0]), minus(&x, &corners[0]));
     let across = cross(&first, &second);
-    let found = dot(&across, &away) * (dot(&across, &across).root().reciprocal() * sign);
-    Gap { value: found.value, slope: found.slope, curve: found.curve }
+    dot(&across, &away) * (dot(&across, &across).root().reciprocal() * sign)
 }
 
 /// What faces a triangle.
@@ -118,7 +95,7 @@ impl<'a> Sorted<'a> {
             normal / normal.norm().max(f64::MIN_POSITIVE)
         });
         let sought = corners.iter().enumerate().skip(from);
-        let boxes: Vec<(u32, [Point<3>; 2])> = sought.map(|(k, x)| (k as u32, around(x))).collect();
+        let boxes: Vec<(u32, Bounds<3>)> = sought.map(|(k, x)| (k as u32, Bounds::of(x))).collect();
         Sorted { normals: normals.collect(), bins: Bins::new(&boxes, size), corners }
     }
 

@@ -26,13 +26,22 @@ impl Interference {
         let overlap = (-at_rest).max(0.0);
         [(1.0 - (load / self.until).max(0.0)) * overlap, -overlap / self.until]
     }
+}
 
-    /// Refuses stages that are none.
-    pub(crate) fn validate(&self, contact: &str) -> Result<(), Invalid> {
-        if self.until > 0.0 && self.until <= 1.0 {
-            return Ok(());
+/// Refuses coefficients of friction and stages of interference that are none.
+pub(crate) fn validate(friction: f64, interference: Option<&Interference>, contact: &str) -> Result<(), Invalid> {
+    if !(friction >= 0.0 && friction.is_finite()) {
+        return Err(Invalid::new(
+            format!("{contact}: coefficient of friction"),
+            friction,
+            "give a finite number from 0 on",
+        ));
+    }
+    match interference.map(|interference| interference.until) {
+        Some(until) if !(until > 0.0 && until <= 1.0) => {
+            let needed = "give a load factor above 0, at most 1";
+            Err(Invalid::new(format!("{contact}: end of the stage of interference"), until, needed))
         }
-        let needed = "give a load factor above 0, at most 1";
-        Err(Invalid::new(format!("{contact}: end of the stage of interference"), self.until, needed))
+        _ => Ok(()),
     }
 }

@@ -31,7 +31,6 @@ mod vertices;
 
 pub use crate::error::ContactError;
 pub use profile::Profile;
-pub(crate) use rigid::Drive;
 pub use rigid::RigidSurface;
 pub use shapes::{Ball, Cone, Cylinder, Plane};
 pub use surface::{Nearest, Surface};
@@ -39,7 +38,7 @@ pub use triangulated::Triangulated;
 
 pub(crate) use chains::chains;
 pub(crate) use contact_surface::{ContactSurface, Trace};
-pub(crate) use interference::Interference;
+pub(crate) use interference::{Interference, validate};
 pub(crate) use law::{ContactLaw, Stiffness};
 pub(crate) use neutral::RollingSpring;
 pub(crate) use obstacle::RigidContact;

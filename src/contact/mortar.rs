@@ -1,7 +1,5 @@
 //! The mean gap between two chords that face each other, with its derivatives.
 
-use nalgebra::{SMatrix, SVector};
-
 use crate::geometry::Point;
 
 use super::jet::Jet;
@@ -41,15 +39,11 @@ pub(super) struct Facing {
 /// $G_a = \int N_a\\,g\\,\mathrm d\Gamma$ over an overlap for the trace function of one end of the first chord.
 #[derive(Debug, Clone)]
 pub(super) struct MeanGap {
-    pub value: f64,
+    pub gap: Jet<LOCAL>,
     /// $\int N_a\\,\mathrm d\Gamma$ over the overlap.
-    pub area: f64,
+    pub area: Jet<LOCAL>,
     /// $\int N_a N_k\,\mathrm d\Gamma$ of the four ends: what they move it by.
     pub shares: [f64; 4],
-    /// Gradient of the area.
-    pub area_slope: SVector<f64, LOCAL>,
-    pub slope: SVector<f64, LOCAL>,
-    pub curve: SMatrix<f64, LOCAL, LOCAL>,
 }
 
 /// Direction of the chord, its outward normal, and where the ends of the other one are along it.
@@ -108,14 +102,7 @@ impl Facing {
             }
             gap = gap + weight * (gaps[0] * (one - eta) + gaps[1] * eta);
         }
-        MeanGap {
-            value: gap.value,
-            area: area.value,
-            shares,
-            area_slope: area.slope,
-            slope: gap.slope,
-            curve: gap.curve,
-        }
+        MeanGap { gap, area, shares }
     }
 }
 
@@ -138,7 +125,7 @@ mod tests {
         let overlap = Overlap { other: 0, ends: [End::Opposite(1), End::At(1.0)] };
         for end in 0..2 {
             let at = |q: &[f64; LOCAL]| {
-                let gap = facing(q).mean_gap(&overlap, end);
+                let gap = facing(q).mean_gap(&overlap, end).gap;
                 (gap.value, gap.slope, gap.curve)
             };
             assert_derivatives(at, &AT);
@@ -158,7 +145,7 @@ mod tests {
             turned[2 * k + 1] = sine * x + cosine * y - 2.0;
         }
         let there = facing(&turned).mean_gap(&overlap, 0);
-        assert_abs_diff_eq!(here.value, there.value, epsilon = 1e-14);
-        assert_abs_diff_eq!(here.area, there.area, epsilon = 1e-14);
+        assert_abs_diff_eq!(here.gap.value, there.gap.value, epsilon = 1e-14);
+        assert_abs_diff_eq!(here.area.value, there.area.value, epsilon = 1e-14);
     }
 }

@@ -11,7 +11,7 @@ use super::counted::CountedMean;
 use super::facing::THROUGH;
 use super::friction::friction_step;
 use super::law::{Gradients, Pressed, Slipping, Stiffness, Touch};
-use super::rigid::{Drive, Placed};
+use super::rigid::Placed;
 use super::{ContactError, ContactLaw, ContactSurface, Nearest, RigidSurface};
 
 /// Least part of a step of the load that a motion of the surface may ask for.
@@ -562,7 +562,8 @@ impl<const D: usize> Unilateral for RigidContact<D> {
 
     fn farthest_load(&self, from: f64, to: f64) -> f64 {
         let to = if self.law.has_friction() { friction_step(from, to) } else { to };
-        let moves = matches!(self.surface.drive, Drive::Moved { .. }) || self.surface.turning.is_some();
+        let moves =
+            self.surface.drive.as_ref().is_some_and(|drive| drive.force.is_none()) || self.surface.turning.is_some();
         if !moves {
             return to;
         }

@@ -12,9 +12,10 @@ use super::chain::{Chain, Laid};
 use super::faces::{Faces, LaidFaces};
 use super::facets::Facing;
 use super::facing::Facets;
+use super::jet::Jet;
 use super::law::{Pressed, Slipping, Touch};
 use super::vertices::{Means, Movers, merged};
-use super::{ContactLaw, ContactSurface, facets, mortar, overlap};
+use super::{ContactLaw, ContactSurface, overlap};
 
 /// What faces what.
 pub(super) enum Geometry {
@@ -95,6 +96,24 @@ impl<const D: usize> Piece<D> {
 /// A list of at most as many as move a piece.
 fn few<T: Copy + Default>(list: &[T]) -> [T; MOST] {
     std::array::from_fn(|k| list.get(k).copied().unwrap_or_default())
+}
+
+/// A piece given by its gap times area and its area over the coordinates of its movers, of which the first `own` are of the face that
+/// carries pressures.
+fn piece<const D: usize, const N: usize>(
+    (movers, own): (&[u32], usize),
+    [gap, area]: [Jet<N>; 2],
+    shares: &[f64],
+    normal: Point<D>,
+    shift: f64,
+) -> Piece<D> {
+    let source = Source::Here(Derivatives {
+        slope: DVector::from_column_slice((gap.slope + area.slope * shift).as_slice()),
+        curve: DMatrix::from_column_slice(N, N, gap.curve.as_slice()),
+        area_slope: DVector::from_column_slice(area.slope.as_slice()),
+    });
+    let counts = [movers.len(), own];
+    Piece { movers: few(movers), counts, value: gap.value, area: area.value, shares: few(shares), normal, source }
 }
 
 /// Pieces with their derivatives over the points that they have in common.
@@ -423,20 +442,10 @@ impl<const D: usize> PairContact<D> {
                 if let Some(other) = nearest[trace] {
                     let (own, normal) = (trace as u32, outward[trace]);
                     let area = self.contact_surfaces[0].traces[trace].area;
-                    let away = state.places[other as usize][0] - state.places[trace][0];
-                    take(Piece {
-                        movers: few(&[own, other]),
-                        counts: [2, 1],
-                        value: area * normal * away,
-                        area,
-                        shares: few(&[area; 2]),
-                        normal: Point::<D>::repeat(normal),
-                        source: Source::Here(Derivatives {
-                            slope: DVector::from_column_slice(&[-area * normal, area * normal]),
-                            curve: DMatrix::zeros(2, 2),
-                            area_slope: DVector::zeros(2),
-                        }),
-                    });
+                    let [here, there] = [own, other].map(|k| state.places[k as usize][0]);
+                    let gap = (Jet::variable(there, 1) - Jet::variable(here, 0)) * (area * normal);
+                    let both: [Jet<2>; 2] = [gap, Jet::constant(area)];
+                    take(piece((&[own, other], 1), both, &[area; 2], Point::<D>::repeat(normal), shift));
                 }
             }
             (Geometry::Plane(chain), Opposite::Plane(laid)) => {
@@ -446,19 +455,7 @@ impl<const D: usize> PairContact<D> {
                         let (found, normal) = (facing.mean_gap(overlap, end), padded(&facing.normal()));
                         let [a, b] = chain.chords[chord as usize].traces;
                         let [c, d] = chain.chords[overlap.other as usize].traces;
-                        take(Piece {
-                            movers: few(&[a, b, c, d]),
-                            counts: [4, 2],
-                            value: found.value,
-                            area: found.area,
-                            shares: few(&found.shares),
-                            normal,
-                            source: Source::Here(Derivatives {
-                                slope: DVector::from_column_slice((found.slope + found.area_slope * shift).as_slice()),
-                                curve: DMatrix::from_column_slice(mortar::LOCAL, mortar::LOCAL, found.curve.as_slice()),
-                                area_slope: DVector::from_column_slice(found.area_slope.as_slice()),
-                            }),
-                        });
+                        take(piece((&[a, b, c, d], 2), [found.gap, found.area], &found.shares, normal, shift));
                     }
                 }
             }
@@ -515,19 +512,11 @@ impl<const D: usize> PairContact<D> {
             let place = |mover: u32| padded(&state.places[mover as usize]);
             let Some((own, triangle, found)) = faces.loose_gap(laid, point, place) else { continue };
             let [a, b, c] = faces.triangles[triangle as usize].movers;
-            take(Piece {
-                movers: few(&[own, a, b, c]),
-                counts: [4, 1],
-                value: weight * found.value,
-                area: weight,
-                shares: few(&found.shares().map(|share| weight * share)),
-                normal: padded(&-found.normal()),
-                source: Source::Here(Derivatives {
-                    slope: DVector::from_column_slice((found.slope * weight).as_slice()),
-                    curve: DMatrix::from_column_slice(facets::LOCAL, facets::LOCAL, (found.curve * weight).as_slice()),
-                    area_slope: DVector::zeros(facets::LOCAL),
-                }),
-            });
+            let outward: Point<3> = found.slope.fixed_rows::<3>(0).into();
+            // What point and corners move the place of contact by.
+            let shares = [0, 1, 2, 3].map(|k| weight * found.slope.fixed_rows::<3>(3 * k).dot(&outward).abs());
+            let both = [found * weight, Jet::constant(weight)];
+            take(piece((&[own, a, b, c], 1), both, &shares, padded(&-outward), 0.0));
         }
     }
 

@@ -10,19 +10,16 @@ use crate::mesh::Mesh;
 use crate::solid::Solid3;
 use crate::term::Amplitude;
 
-use super::interference::Interference;
+use super::interference::{self, Interference};
 use super::turning::{Turned, Turning};
 use super::{Ball, Cone, ContactError, Cylinder, Nearest, Plane, Profile, Surface, Triangulated};
 
-/// How a rigid surface moves.
+/// How a rigid surface moves: by a vector times an amplitude, or along a unit vector, pushed by a force times an amplitude and free to move.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Drive<const D: usize> {
-    /// It stays.
-    Fixed,
-    /// It is displaced by a vector times an amplitude.
-    Moved { by: Point<D>, amplitude: Amplitude },
-    /// It is pushed along a direction by a force times an amplitude and free to move there.
-    Pushed { along: Point<D>, force: f64, amplitude: Amplitude },
+pub(crate) struct Drive<const D: usize> {
+    pub along: Point<D>,
+    pub force: Option<f64>,
+    pub amplitude: Amplitude,
 }
 
 /// A rigid surface: its shape, its motion along the load factor and its friction.
@@ -39,7 +36,7 @@ pub(crate) enum Drive<const D: usize> {
 pub struct RigidSurface<const D: usize> {
     pub(crate) shape: Arc<dyn Surface<D>>,
     pub(crate) name: String,
-    pub(crate) drive: Drive<D>,
+    pub(crate) drive: Option<Drive<D>>,
     pub(crate) turning: Option<Turning<D>>,
     /// Where it has gone before the run \[length\].
     pub(crate) start: Point<D>,
@@ -71,7 +68,7 @@ impl<const D: usize> RigidSurface<D> {
         RigidSurface {
             shape: Arc::new(shape),
             name: name.into(),
-            drive: Drive::Fixed,
+            drive: None,
             turning: None,
             start: Point::zeros(),
             friction: 0.0,
@@ -99,8 +96,8 @@ impl<const D: usize> RigidSurface<D> {
 
     /// Moves by a vector \[length\] times an amplitude.
     pub fn moving_along(mut self, by: [f64; D], amplitude: Amplitude) -> Self {
-        self.driven_twice |= matches!(self.drive, Drive::Pushed { .. });
-        self.drive = Drive::Moved { by: by.into(), amplitude };
+        self.driven_twice |= self.free_direction().is_some();
+        self.drive = Some(Drive { along: by.into(), force: None, amplitude });
         self
     }
 
@@ -114,8 +111,8 @@ impl<const D: usize> RigidSurface<D> {
     pub(crate) fn pushed_along(mut self, force: [f64; D], amplitude: Amplitude) -> Self {
         let force = Point::<D>::from(force);
         let size = force.norm();
-        self.driven_twice |= matches!(self.drive, Drive::Moved { .. });
-        self.drive = Drive::Pushed { along: force / size, force: size, amplitude };
+        self.driven_twice |= self.drive.as_ref().is_some_and(|drive| drive.force.is_none());
+        self.drive = Some(Drive { along: force / size, force: Some(size), amplitude });
         self
     }
 
@@ -140,59 +137,38 @@ impl<const D: usize> RigidSurface<D> {
             }
             other => other.into(),
         })?;
-        if !(self.friction >= 0.0 && self.friction.is_finite()) {
-            return Err(Invalid::new(
-                format!("{contact}: coefficient of friction"),
-                self.friction,
-                "give a finite number from 0 on",
-            )
-            .into());
-        }
+        interference::validate(self.friction, self.interference.as_ref(), &contact)?;
         if self.driven_twice {
             return Err(ContactError::DrivenTwice { contact }.into());
         }
         if self.turn_to_come.is_some() {
             return Err(ContactError::Unturned { contact }.into());
         }
-        if let Some(interference) = &self.interference {
-            interference.validate(&contact)?;
-        }
         if let Some(turning) = &self.turning {
             turning.validate(&contact)?;
         }
-        let bad = |v: f64| !v.is_finite();
-        let unfit = |what: &str, value| {
-            Error::from(Invalid::new(format!("{contact}: {what} of the rigid surface"), value, "give finite numbers"))
-        };
-        match &self.drive {
-            Drive::Fixed => {}
-            Drive::Moved { by, amplitude } => {
-                amplitude.validate(|| contact.clone())?;
-                let ends = [0.0, 0.5, 1.0].map(|load| amplitude.evaluate(load).0);
-                if let Some(value) = by.iter().copied().chain(ends).find(|&v| bad(v)) {
-                    return Err(unfit("motion", value));
-                }
-            }
-            Drive::Pushed { force, amplitude, .. } => {
-                amplitude.validate(|| contact.clone())?;
-                if *force == 0.0 {
-                    return Err(ContactError::Unheld { contact }.into());
-                }
-                let ends = [0.0, 0.5, 1.0].map(|load| amplitude.evaluate(load).0);
-                if let Some(value) = ends.into_iter().chain([*force]).find(|&v| bad(v)) {
-                    return Err(unfit("force", value));
-                }
-            }
+        let Some(Drive { along, force, amplitude }) = &self.drive else { return Ok(()) };
+        amplitude.validate(|| contact.clone())?;
+        if *force == Some(0.0) {
+            return Err(ContactError::Unheld { contact }.into());
         }
-        Ok(())
+        let (what, own) = match force {
+            Some(force) => ("force", std::slice::from_ref(force)),
+            None => ("motion", along.as_slice()),
+        };
+        let ends = [0.0, 0.5, 1.0].map(|load| amplitude.evaluate(load).0);
+        match own.iter().chain(&ends).find(|value| !value.is_finite()) {
+            Some(value) => {
+                let what = format!("{contact}: {what} of the rigid surface");
+                Err(Invalid::new(what, *value, "give finite numbers").into())
+            }
+            None => Ok(()),
+        }
     }
 
     /// The direction in which it is free, where it is.
     pub(crate) fn free_direction(&self) -> Option<Point<D>> {
-        match &self.drive {
-            Drive::Pushed { along, .. } => Some(*along),
-            _ => None,
-        }
+        self.drive.as_ref().filter(|drive| drive.force.is_some()).map(|drive| drive.along)
     }
 
     /// Whether it moves by unknowns of its own.
@@ -203,28 +179,25 @@ impl<const D: usize> RigidSurface<D> {
     /// Stays where it has come to at load factor 1, pushed by the force that it has there.
     pub(crate) fn stay(&mut self) {
         self.turning.iter_mut().for_each(Turning::stay);
-        match &mut self.drive {
-            Drive::Fixed => {}
-            Drive::Moved { by, amplitude } => {
-                self.start += *by * amplitude.evaluate(1.0).0;
-                self.drive = Drive::Fixed;
-            }
-            Drive::Pushed { amplitude, .. } => {
-                let value = amplitude.evaluate(1.0).0;
-                *amplitude = Amplitude::Table(vec![(0.0, value), (1.0, value)]);
-            }
+        let Some(Drive { along, force, amplitude }) = &mut self.drive else { return };
+        let value = amplitude.evaluate(1.0).0;
+        if force.is_some() {
+            *amplitude = Amplitude::Table(vec![(0.0, value), (1.0, value)]);
+        } else {
+            self.start += *along * value;
+            self.drive = None;
         }
     }
 
     /// Where it has gone at a load factor; travel and angle are its own unknowns where it is pushed and free to turn.
     pub(crate) fn placed(&self, load: f64, [travel, angle]: [f64; 2]) -> Placed<D> {
         let (by, slope) = match &self.drive {
-            Drive::Fixed => (Point::zeros(), Point::zeros()),
-            Drive::Moved { by, amplitude } => {
+            None => (Point::zeros(), Point::zeros()),
+            Some(Drive { along, force: Some(_), .. }) => (along * travel, Point::zeros()),
+            Some(Drive { along, amplitude, .. }) => {
                 let (value, slope) = amplitude.evaluate(load);
-                (by * value, by * slope)
+                (along * value, along * slope)
             }
-            Drive::Pushed { along, .. } => (along * travel, Point::zeros()),
         };
         let turned = self.turning.as_ref().map(|turning| turning.at(load, angle));
         Placed { offset: self.start + by, slope, turned }
@@ -232,11 +205,8 @@ impl<const D: usize> RigidSurface<D> {
 
     /// What its motion follows.
     pub(crate) fn amplitudes(&self) -> impl Iterator<Item = &Amplitude> {
-        let drive = match &self.drive {
-            Drive::Fixed => None,
-            Drive::Moved { amplitude, .. } | Drive::Pushed { amplitude, .. } => Some(amplitude),
-        };
-        drive.into_iter().chain(self.turning.iter().map(|turning| &turning.amplitude))
+        let drive = self.drive.iter().map(|drive| &drive.amplitude);
+        drive.chain(self.turning.iter().map(|turning| &turning.amplitude))
     }
 
     /// Load factors at which its motion has break points.

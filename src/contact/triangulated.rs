@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nalgebra::SMatrix;
 
 use crate::error::GeometryError;
-use crate::geometry::Point;
+use crate::geometry::{Bounds, Point};
 use crate::mesh::Mesh;
 use crate::solid::{Tree, foot};
 
@@ -41,8 +41,7 @@ pub struct Triangulated {
     at_edges: HashMap<[u32; 2], (Point<3>, usize)>,
     /// Whether a corner lies at a border, beyond which there are no triangles.
     at_borders: Vec<bool>,
-    low: Point<3>,
-    high: Point<3>,
+    bounds: Bounds<3>,
     tree: Tree,
 }
 
@@ -65,8 +64,7 @@ impl Triangulated {
             normals: Vec::new(),
             at_edges: HashMap::new(),
             at_borders: Vec::new(),
-            low: Point::repeat(f64::INFINITY),
-            high: Point::repeat(f64::NEG_INFINITY),
+            bounds: Bounds::none(),
             tree: Tree::new(&[], &[]),
         };
         let count = surface.points.len() as u32;
@@ -77,14 +75,13 @@ impl Triangulated {
             let x = triangle.map(|corner| surface.points[corner as usize]);
             let normal = (x[1] - x[0]).cross(&(x[2] - x[0])).normalize();
             surface.normals.push(normal);
+            surface.bounds = surface.bounds.join(&Bounds::of(&x));
             for k in 0..3 {
                 let (next, last) = (x[(k + 1) % 3] - x[k], x[(k + 2) % 3] - x[k]);
                 surface.at_points[triangle[k] as usize] += normal * next.angle(&last);
                 let both =
                     surface.at_edges.entry(edge(triangle[k], triangle[(k + 1) % 3])).or_insert((Point::zeros(), 0));
                 *both = (both.0 + normal, both.1 + 1);
-                surface.low = surface.low.zip_map(&x[k], f64::min);
-                surface.high = surface.high.zip_map(&x[k], f64::max);
             }
         }
         surface.at_borders = vec![false; surface.points.len()];
@@ -108,7 +105,7 @@ impl Triangulated {
     /// What a closed surface encloses, negative where it is the wall of a cavity.
     fn volume(&self) -> f64 {
         let of = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(|corner| self.points[corner as usize] - self.low);
+            let [a, b, c] = triangle.map(|corner| self.points[corner as usize] - self.bounds.low);
             a.dot(&b.cross(&c)) / 6.0
         };
         self.triangles.iter().map(of).sum()
@@ -121,7 +118,7 @@ impl Surface<3> for Triangulated {
         let (k, triangle) = (k as usize, self.triangles[k as usize]);
         let (foot, corners) = foot(x, &triangle.map(|corner| self.points[corner as usize]));
         let away = x - foot;
-        if corners.len() == 3 || distance <= ON * (self.high - self.low).amax() {
+        if corners.len() == 3 || distance <= ON * self.bounds.extent().amax() {
             return Nearest::flat(away.dot(&self.normals[k]), self.normals[k]);
         }
         let (outward, projector, open) = if let [a, b] = *corners {
@@ -143,7 +140,7 @@ impl Surface<3> for Triangulated {
 
     /// An open surface has no far side: a flat one, whose box has no height, would let nothing move otherwise.
     fn depth(&self) -> f64 {
-        let extent = self.high - self.low;
+        let extent = self.bounds.extent();
         if self.is_closed() { 0.5 * extent.min() } else { 0.5 * extent.max() }
     }
 
@@ -155,7 +152,7 @@ impl Surface<3> for Triangulated {
             return Err(GeometryError::Shape { what, at, remedy });
         }
         match self.normals.iter().position(|normal| !normal.norm().is_finite()) {
-            None if self.is_closed() && self.volume().abs() <= ROUNDING * (self.high - self.low).amax().powi(3) => {
+            None if self.is_closed() && self.volume().abs() <= ROUNDING * self.bounds.extent().amax().powi(3) => {
                 let (what, remedy) =
                     ("a closed rigid surface has no inside", "give it a volume, or leave out one of its two sides");
                 Err(GeometryError::Shape { what, at, remedy })

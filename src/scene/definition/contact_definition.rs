@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::contact::{ContactSurface, Interference, PairContact, RigidContact, RigidSurface, Trace};
-use crate::error::{Error, GeometryError, Invalid};
+use crate::contact::{ContactSurface, Interference, PairContact, RigidContact, RigidSurface, Trace, validate};
+use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
 use crate::term::View;
 
@@ -67,17 +67,10 @@ impl<const D: usize> ContactPair<D> {
 
     /// Refuses coefficients and stages that are none.
     pub(super) fn validate(&self) -> Result<(), Error> {
-        let contact = format!("contact {}", self.name);
-        if !(self.friction >= 0.0 && self.friction.is_finite()) {
-            let what = format!("{contact}: coefficient of friction");
-            return Err(Invalid::new(what, self.friction, "give a finite number from 0 on").into());
-        }
-        if let Some(interference) = &self.interference {
-            interference.validate(&contact)?;
-            if self.second.is_none() {
-                let needed = "two parts of the boundary";
-                return Err(GeometryError::Unsuited { what: "interference of a part with itself", needed }.into());
-            }
+        validate(self.friction, self.interference.as_ref(), &format!("contact {}", self.name))?;
+        if self.interference.is_some() && self.second.is_none() {
+            let needed = "two parts of the boundary";
+            return Err(GeometryError::Unsuited { what: "interference of a part with itself", needed }.into());
         }
         Ok(())
     }

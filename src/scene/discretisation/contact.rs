@@ -6,8 +6,7 @@ use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::BoundaryCells;
 use crate::contact::{
-    ArtificialSpring, ContactError, ContactLaw, ContactSurface, Drive, PairContact, RigidBodyDof, RigidContact,
-    Stiffness,
+    ArtificialSpring, ContactError, ContactLaw, ContactSurface, PairContact, RigidBodyDof, RigidContact, Stiffness,
 };
 use crate::error::{Error, Incompatible};
 use crate::geometry::Point;
@@ -85,10 +84,8 @@ pub(crate) fn add<const D: usize>(
         contacts.push(Contact { name, term: model.terms().len(), law: Law::Rigid(law.clone()) });
         model.add_replicated(law);
         if let Some(node) = rigid_dof {
-            let pushed = match &contact.surface.drive {
-                Drive::Pushed { force, amplitude, .. } => Some((*force, amplitude.clone())),
-                _ => None,
-            };
+            let drive = contact.surface.drive.as_ref();
+            let pushed = drive.and_then(|drive| Some((drive.force?, drive.amplitude.clone())));
             let turning = contact.surface.turning.as_ref().filter(|turning| turning.free);
             let turned = turning.map(|turning| (turning.amount / lever, turning.amplitude.clone()));
             model.add_replicated(Arc::new(RigidBodyDof {
