@@ -167,6 +167,13 @@ impl<const D: usize> ContactSurface<D> {
         })
     }
 
+    /// The mean outward normal of the undeformed body under a trace function.
+    pub(crate) fn normal(&self, trace: &Trace) -> Point<D> {
+        let mut normal = Point::<D>::zeros();
+        trace.points.iter().for_each(|&(point, weight)| normal += self.table.normals()[point as usize] * weight);
+        normal / normal.norm().max(f64::MIN_POSITIVE)
+    }
+
     /// The outward normal of the body at a point at a displacement, as long as an area now over the one at rest: $\operatorname{cof}F\\,N$.
     pub(crate) fn outward(&self, point: u32, displacement: &[f64]) -> Vector3<f64> {
         let point = point as usize;

@@ -183,19 +183,22 @@ impl<const D: usize> RigidContact<D> {
         }
     }
 
-    /// What the law asks of a trace function.
-    fn touch(&self, trace: usize, view: &View<'_>, local_contact: &LocalContact<D>) -> Touch<D> {
+    /// What the law asks of a trace function, whose points are visited.
+    fn touch(
+        &self,
+        trace: usize,
+        view: &View<'_>,
+        visit: impl FnMut(usize, [f64; 2], &Beside<D>),
+    ) -> (Touch<D>, LocalContact<D>) {
+        let local_contact = self.local_contact(trace, view, visit);
         let slipping = self.law.has_friction().then(|| {
             let (beside, angle) = self.before(trace, view.condensed);
             let slip = local_contact.slip(&beside, angle);
             Slipping { normal: local_contact.normal, slip, by_load: -local_contact.rate }
         });
         let own = (trace, &self.contact_surface.traces[trace]);
-        self.law.touch(own, view.condensed, [local_contact.gap, local_contact.by_load], slipping)
-    }
-
-    fn touches(&self, trace: usize, view: &View<'_>) -> bool {
-        self.touch(trace, view, &self.local_contact(trace, view, |_, _, _| {})).is_active()
+        let touch = self.law.touch(own, view.condensed, [local_contact.gap, local_contact.by_load], slipping);
+        (touch, local_contact)
     }
 
     /// Where a trace function was beside the surface at the last converged state, and by how much the surface had turned.
@@ -238,14 +241,14 @@ impl<const D: usize> RigidContact<D> {
         for (k, trace) in self.contact_surface.traces.iter().enumerate() {
             let (pressure, friction) = self.law.pressure::<D>(k, view.condensed);
             let (mut force, mut own) = (Point::<D>::zeros(), Vector3::zeros());
-            let local_contact = self.local_contact(k, view, |p, [part, _], at| {
+            let (touch, _) = self.touch(k, view, |p, [part, _], at| {
                 depth = depth.max(-at.found.gap);
                 let push = at.found.normal * (pressure * part) + friction * trace.points[p].1;
                 force += push;
                 own += padded::<D, 3>(&at.place).cross(&padded(&push));
             });
-            all.gaps[k] = local_contact.gap;
-            all.active[k] = self.touch(k, view, &local_contact).is_active();
+            all.gaps[k] = touch.gap;
+            all.active[k] = touch.is_active();
             if all.active[k] {
                 all.slides[k] = self.law.slides(pressure, &friction);
                 all.normal_forces[k] = pressure * trace.area;
@@ -268,10 +271,10 @@ impl<const D: usize> RigidContact<D> {
     /// Where a trace function that touches lies beyond an open end of the surface.
     pub(crate) fn passed_end(&self, trace: usize, view: &View<'_>) -> Option<Point<D>> {
         let mut passed = None;
-        let local_contact = self.local_contact(trace, view, |_, _, at| {
+        let (touch, _) = self.touch(trace, view, |_, _, at| {
             passed = if at.found.passed_end { Some(at.place) } else { passed };
         });
-        passed.filter(|_| self.touch(trace, view, &local_contact).is_active())
+        passed.filter(|_| touch.is_active())
     }
 
     /// Where the surface has come to the inner side of the body in a step: at one trace function, or all in all, so that it pulls. A surface
@@ -281,14 +284,13 @@ impl<const D: usize> RigidContact<D> {
         let (mut pull, mut most, mut at) = (0.0, f64::NEG_INFINITY, 0);
         for (index, trace) in self.contact_surface.traces.iter().enumerate() {
             let mut along = 0.0;
-            let now = self.local_contact(index, after, |k, _, at| {
+            let (touch, now) = self.touch(index, after, |k, _, at| {
                 let outward = self.contact_surface.outward(at.point, after.displacement);
                 let cosine = (0..D).map(|i| at.found.normal[i] * outward[i]).sum::<f64>() / outward.norm();
                 along += trace.points[k].1 / trace.area * cosine;
             });
-            let touch = self.touch(index, after, &now);
             let is_small = now.gap < trace.width && self.surface.shape.depth() < trace.width;
-            let touched = || touch.is_active() || is_small || self.touches(index, before);
+            let touched = || touch.is_active() || is_small || self.touch(index, before, |_, _, _| {}).0.is_active();
             if along > THROUGH && touched() && !self.is_shielded(index, after) {
                 return Some(self.place(trace.points[0].0, after));
             }
@@ -423,7 +425,7 @@ impl<const D: usize> Term for RigidContact<D> {
         let bent =
             if out.with_matrix && !kept { self.law.pressure::<D>(cluster, view.condensed).0.max(0.0) } else { 0.0 };
         let (mut beside, mut whole, mut list) = (Vec::new(), 0.0, Vec::new());
-        let local_contact = self.local_contact(cluster, &view, |k, [part, more], at| {
+        let (touch, local_contact) = self.touch(cluster, &view, |k, [part, more], at| {
             let values = self.contact_surface.table.values(at.point as usize);
             Self::list(size, at, (trace.local(k), values), &mut list);
             let more = -bent * more;
@@ -436,7 +438,6 @@ impl<const D: usize> Term for RigidContact<D> {
         });
         let (factor, square) = (-1.0 / trace.area, whole / trace.area.powi(2));
         let gradients = Gradients { slope, beside, factor, square };
-        let touch = self.touch(cluster, &view, &local_contact);
         if touch.is_active() {
             let moves = if self.law.has_friction() { self.moves(cluster, &view, &local_contact) } else { Vec::new() };
             touch.add(&gradients, &moves, out);
@@ -450,14 +451,13 @@ impl<const D: usize> Term for RigidContact<D> {
         }
         let (trace, mut change) = (&self.contact_surface.traces[cluster], 0.0);
         let own = |m: usize| self.rigid_dof.map_or(0.0, |node| step[node as usize * D + m]);
-        let local_contact = self.local_contact(cluster, &view, |_, [part, _], at| {
+        let (touch, local_contact) = self.touch(cluster, &view, |_, [part, _], at| {
             let mut by = self.contact_surface.displacement(at.point, step);
             for (m, motion) in at.motions.iter().enumerate() {
                 by -= motion.map_or_else(Point::zeros, |motion| motion * own(m));
             }
             change += part * at.found.normal.dot(&by);
         });
-        let touch = self.touch(cluster, &view, &local_contact);
         let mut moved = Point::zeros();
         if touch.slipping.is_some() {
             for (place, by) in self.moves(cluster, &view, &local_contact) {
@@ -545,8 +545,7 @@ impl<const D: usize> Unilateral for RigidContact<D> {
 
     fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
         if self.facet_of(cluster).is_none() {
-            let local_contact = self.local_contact(cluster, &view, |_, _, _| {});
-            self.touch(cluster, &view, &local_contact).advance_load(load_step, condensed_step);
+            self.touch(cluster, &view, |_, _, _| {}).0.advance_load(load_step, condensed_step);
         }
     }
 

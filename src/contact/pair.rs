@@ -170,9 +170,23 @@ pub(crate) struct PairContact<const D: usize> {
 }
 
 /// The slips of all trace functions that carry pressures, from a converged state on; none where nothing was opposite.
-pub(super) struct Held<const D: usize> {
+struct Held<const D: usize> {
     internal_variables: Vec<f64>,
-    pub(super) slips: Vec<Option<Slip<D>>>,
+    slips: Vec<Option<Slip<D>>>,
+}
+
+/// The faces at a state, and what points have moved since the last converged one.
+pub(super) struct Now<const D: usize> {
+    pub(super) state: Arc<State<D>>,
+    held: Option<Arc<Held<D>>>,
+    since: Vec<Point<D>>,
+}
+
+impl<const D: usize> Now<D> {
+    /// How a trace function slips; none without friction, or where nothing was opposite.
+    pub(super) fn slip(&self, trace: usize) -> Option<&Slip<D>> {
+        self.held.as_ref()?.slips[trace].as_ref()
+    }
 }
 
 /// The slip of a trace function as a combination of those of points, and the normal that it is across to.
@@ -268,7 +282,7 @@ impl<const D: usize> PairContact<D> {
         if let Some(interference) = self.law.interference.take() {
             self.deepen(f64::INFINITY);
             let unknowns = self.nodes.last().map_or(0, |last| (*last as usize + 1) * D);
-            let state = self.now(&vec![0.0; unknowns]);
+            let state = self.laid(&vec![0.0; unknowns]);
             let gaps = (0..self.carrying).map(|trace| {
                 let gap = self.overlap(trace, &state, 0.0, |_| {}).gap;
                 if gap.is_finite() { gap } else { 0.0 }
@@ -291,7 +305,7 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// What slips beside what since the last converged state, with the displacements of the nodes there.
-    pub(super) fn held(&self, condensed: &[f64]) -> Arc<Held<D>> {
+    fn held(&self, condensed: &[f64]) -> Arc<Held<D>> {
         let internal_variables = &condensed[self.carrying * self.law.stride(D)..];
         let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(held) = held.as_ref().filter(|held| held.internal_variables == internal_variables) {
@@ -324,7 +338,7 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// What the points have moved by since the last converged state; nothing without friction.
-    pub(super) fn moved_since(&self, displacement: &[f64], condensed: &[f64]) -> Vec<Point<D>> {
+    fn moved_since(&self, displacement: &[f64], condensed: &[f64]) -> Vec<Point<D>> {
         if !self.law.has_friction() {
             return Vec::new();
         }
@@ -336,7 +350,7 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// The faces at a state.
-    pub(super) fn now(&self, displacement: &[f64]) -> Arc<State<D>> {
+    fn laid(&self, displacement: &[f64]) -> Arc<State<D>> {
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(state) = last.as_ref().filter(|state| state.displacement == displacement) {
             return state.clone();
@@ -655,33 +669,34 @@ impl<const D: usize> PairContact<D> {
         pieces.iter().map(of).sum()
     }
 
-    /// What the law asks of a trace function, given its slip and what points have moved since the last converged state.
-    pub(super) fn touch(
-        &self,
-        trace: usize,
-        view: &View<'_>,
-        overlap: &TraceGap,
-        slipping: Option<(&Slip<D>, &[Point<D>])>,
-    ) -> Touch<D> {
-        let slipping = slipping.map(|(slip, since)| Slipping {
+    /// The faces at a state.
+    pub(super) fn now(&self, view: &View<'_>) -> Now<D> {
+        let held = self.law.has_friction().then(|| self.held(view.condensed));
+        let since = self.moved_since(view.displacement, view.condensed);
+        Now { state: self.laid(view.displacement), held, since }
+    }
+
+    /// What the law asks of a trace function, and the pieces of its gap.
+    pub(super) fn touch(&self, trace: usize, view: &View<'_>, now: &Now<D>) -> (Touch<D>, Vec<Piece<D>>) {
+        let mut pieces = Vec::new();
+        let overlap = self.overlap(trace, &now.state, view.load, |piece| pieces.push(piece));
+        let slipping = now.slip(trace).map(|slip| Slipping {
             normal: slip.normal,
-            slip: slip.of(since),
+            slip: slip.of(&now.since),
             by_load: Point::zeros(),
         });
         let own = (trace, &self.contact_surfaces[0].traces[trace]);
         let touch = self.law.touch(own, view.condensed, [overlap.gap, overlap.by_load], slipping);
-        Touch { gap_area: overlap.area, ..touch }
+        (Touch { gap_area: overlap.area, ..touch }, pieces)
     }
 
     /// Gaps and forces at a state.
     pub(crate) fn pressed(&self, view: &View<'_>) -> Pressed<D> {
-        let state = self.now(view.displacement);
+        let now = self.now(view);
         let mut found = Pressed::new(self.traces);
         for trace in 0..self.carrying {
-            let mut pieces = Vec::new();
-            let overlap = self.overlap(trace, &state, view.load, |piece| pieces.push(piece));
-            found.gaps[trace] = overlap.gap;
-            let touch = self.touch(trace, view, &overlap, None);
+            let (touch, pieces) = self.touch(trace, view, &now);
+            found.gaps[trace] = touch.gap;
             if !touch.is_active() {
                 continue;
             }
@@ -690,7 +705,7 @@ impl<const D: usize> PairContact<D> {
             let (pressure, traction) = (touch.pressure * concentration, touch.traction * concentration);
             for piece in pieces {
                 let mut pushes = [Point::<D>::zeros(); MOST];
-                self.slopes(&piece, &state, |i, slope, _| pushes[i / D][i % D] = pressure * slope);
+                self.slopes(&piece, &now.state, |i, slope, _| pushes[i / D][i % D] = pressure * slope);
                 for (k, ((mover, share), push)) in piece.moving().zip(&pushes).enumerate() {
                     let force = push + traction * share;
                     for &(owner, part) in &self.movers.owners[mover as usize] {
@@ -730,7 +745,7 @@ impl<const D: usize> PairContact<D> {
 
     /// How deep the faces are in each other at rest, and where.
     pub(crate) fn deepest_at_rest(&self, unknowns: usize) -> Option<(f64, Point<D>)> {
-        let state = self.now(&vec![0.0; unknowns]);
+        let state = self.laid(&vec![0.0; unknowns]);
         // An interference is counted from the overlap that was measured: the gap itself starts at zero.
         let gap = |trace: usize| match self.law.interference {
             Some(_) => self.law.at_rest[trace],

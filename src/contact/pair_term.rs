@@ -5,7 +5,7 @@ use crate::term::{CondensedUnknowns, Element, History, PointMotion, Protocol, Te
 
 use super::friction::friction_step;
 use super::law::{Gradients, Touch};
-use super::pair::{Gathered, Held, PairContact, Piece, Slip, State};
+use super::pair::{Gathered, Now, PairContact, Piece, Slip};
 
 /// A trace function that touches.
 struct Touching<const D: usize> {
@@ -35,27 +35,34 @@ impl<const D: usize> Term for PairContact<D> {
     }
 
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
-        let state = self.now(view.displacement);
-        let held = self.law.has_friction().then(|| self.held(view.condensed));
-        let touching = self.touching(&view, &state, held.as_deref());
+        let now = self.now(&view);
+        let mut touching = Vec::new();
+        for trace in 0..self.carrying {
+            let (touch, pieces) = self.touch(trace, &view, &now);
+            if touch.is_active() {
+                let others = now.slip(trace).into_iter().flat_map(|slip| slip.weights.iter().map(|entry| entry.0));
+                let gathered = self.gathered(&pieces, others, &now.state);
+                touching.push(Touching { trace, touch, pieces, gathered });
+            }
+        }
         if touching.is_empty() {
             return;
         }
         let lists = touching.iter().map(|touching| touching.gathered.points.as_slice());
         if out.with_matrix {
             out.points.reset::<D>(self.motion.len(), lists.clone());
-            if held.is_some() {
+            if self.law.has_friction() {
                 out.point_coupling.reset::<D>(self.motion.len(), lists);
             }
             let factor = |touching: &Touching<D>| -touching.touch.concentrated()[0].max(0.0);
             let pressed = touching.iter().map(|touching| (touching.trace as u32, factor(touching), &*touching.pieces));
-            self.add_curves(&pressed.collect::<Vec<_>>(), &state, out);
+            self.add_curves(&pressed.collect::<Vec<_>>(), &now.state, out);
         }
         let (mut forces, mut squares) = (vec![0.0; out.residual.len()], 0.0);
         let mut own = Element::default();
         for touching in touching {
             own.reset(touching.gathered.points.len() * D, out.with_matrix);
-            let slip = held.as_ref().and_then(|held| held.slips[touching.trace].as_ref());
+            let slip = now.slip(touching.trace);
             let points = self.add_trace(touching, slip, &mut own);
             forces.fill(0.0);
             for (k, &point) in points.iter().enumerate() {
@@ -75,13 +82,10 @@ impl<const D: usize> Term for PairContact<D> {
     }
 
     fn advance(&self, _: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
-        let (state, moves) = (self.now(view.displacement), self.moves(step));
-        let held = self.law.has_friction().then(|| self.held(view.condensed));
-        let since = self.moved_since(view.displacement, view.condensed);
+        let (now, moves) = (self.now(&view), self.moves(step));
         let mut bound: f64 = 1.0;
         for (trace, own) in condensed_step.chunks_exact_mut(self.law.stride(D)).enumerate() {
-            let slip = held.as_ref().and_then(|held| held.slips[trace].as_ref());
-            let part = self.advance_trace(trace, slip, &view, &state, [&moves, &since], own);
+            let part = self.advance_trace(trace, &view, &now, &moves, own);
             bound = if part.is_nan() { 0.0 } else { bound.min(part) };
         }
         bound
@@ -138,13 +142,9 @@ impl<const D: usize> Unilateral for PairContact<D> {
         if self.law.interference.is_none() || load_step == 0.0 {
             return;
         }
-        let state = self.now(view.displacement);
-        let held = self.law.has_friction().then(|| self.held(view.condensed));
-        let since = self.moved_since(view.displacement, view.condensed);
+        let now = self.now(&view);
         for (trace, own) in condensed_step.chunks_exact_mut(self.law.stride(D)).enumerate() {
-            let overlap = self.overlap(trace, &state, view.load, |_| {});
-            let slip = held.as_ref().and_then(|held| held.slips[trace].as_ref());
-            self.touch(trace, &view, &overlap, slip.map(|slip| (slip, &*since))).advance_load(load_step, own);
+            self.touch(trace, &view, &now).0.advance_load(load_step, own);
         }
     }
 }
@@ -161,23 +161,6 @@ impl<const D: usize> Protocol for PairContact<D> {
 }
 
 impl<const D: usize> PairContact<D> {
-    /// The trace functions that touch.
-    fn touching(&self, view: &View<'_>, state: &State<D>, held: Option<&Held<D>>) -> Vec<Touching<D>> {
-        let since = self.moved_since(view.displacement, view.condensed);
-        let of = |trace: usize| {
-            let mut pieces: Vec<Piece<D>> = Vec::new();
-            let overlap = self.overlap(trace, state, view.load, |piece| pieces.push(piece));
-            let slip = held.and_then(|held| held.slips[trace].as_ref());
-            let touch = self.touch(trace, view, &overlap, slip.map(|slip| (slip, &*since)));
-            let others = slip.iter().flat_map(|slip| slip.weights.iter().map(|entry| entry.0));
-            touch.is_active().then(|| {
-                let gathered = self.gathered(&pieces, others, state);
-                Touching { trace, touch, pieces, gathered }
-            })
-        };
-        (0..self.carrying).filter_map(of).collect()
-    }
-
     /// Adds the forces and the matrix of a trace function over the coordinates of points, which are given back.
     fn add_trace(
         &self,
@@ -200,33 +183,30 @@ impl<const D: usize> PairContact<D> {
         points
     }
 
-    /// Writes the increments of the condensed unknowns of a trace function for a step that moves the points, which have moved since the last
-    /// converged state; the largest part of the step that is admissible.
+    /// Writes the increments of the condensed unknowns of a trace function for a step that moves the points; the largest part of the step that
+    /// is admissible.
     fn advance_trace(
         &self,
         trace: usize,
-        slip: Option<&Slip<D>>,
         view: &View<'_>,
-        state: &State<D>,
-        [moves, since]: [&[Point<D>]; 2],
+        now: &Now<D>,
+        moves: &[Point<D>],
         condensed_step: &mut [f64],
     ) -> f64 {
-        let mut pieces: Vec<Piece<D>> = Vec::new();
-        let overlap = self.overlap(trace, state, view.load, |piece| pieces.push(piece));
-        let touch = self.touch(trace, view, &overlap, slip.map(|slip| (slip, since)));
+        let (touch, pieces) = self.touch(trace, view, now);
         if touch.is_active() {
-            let change = self.change(&pieces, state, touch.gap, moves) / overlap.area;
-            let moved = slip.map_or_else(Point::zeros, |slip| slip.of(moves));
+            let change = self.change(&pieces, &now.state, touch.gap, moves) / touch.gap_area;
+            let moved = now.slip(trace).map_or_else(Point::zeros, |slip| slip.of(moves));
             touch.advance(change, &moved, condensed_step);
             return 1.0;
         }
         touch.advance(0.0, &Point::zeros(), condensed_step);
         if touch.gap.is_finite() {
             // An overlap that grows changes the mean gap, but takes nothing further in.
-            return touch.farthest(self.opening(&pieces, moves) / overlap.area);
+            return touch.farthest(self.opening(&pieces, moves) / touch.gap_area);
         }
         // A trace function with no opposite facet moves no further than the search reached.
-        let distance = moves[trace].norm();
-        if distance > state.reach { state.reach / distance } else { 1.0 }
+        let (distance, reach) = (moves[trace].norm(), now.state.reach);
+        if distance > reach { reach / distance } else { 1.0 }
     }
 }

@@ -103,15 +103,7 @@ impl<const D: usize> Means<D> {
 
     /// Changes $t_{KL}$ by least squares, symmetrically, so that vertices lie at the particles along flat faces.
     fn bring_to(&mut self, contact_surface: &ContactSurface<D>, particles: &[Point<D>]) {
-        let normals: Vec<Point<D>> = contact_surface
-            .traces
-            .iter()
-            .map(|trace| {
-                let weighted = |&(p, w): &(u32, f64)| contact_surface.table.normals()[p as usize] * w;
-                let normal = trace.points.iter().map(weighted).sum::<Point<D>>();
-                normal / normal.norm().max(f64::MIN_POSITIVE)
-            })
-            .collect();
+        let normals: Vec<Point<D>> = contact_surface.traces.iter().map(|trace| contact_surface.normal(trace)).collect();
         let along = |k: usize, v: Point<D>| v - normals[k] * normals[k].dot(&v);
         // Pairs in one direction, with the means' distance times t: changes count in parts of t.
         let mut pairs: Vec<(usize, usize, Point<D>)> = Vec::new();

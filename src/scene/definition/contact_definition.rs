@@ -135,40 +135,24 @@ impl<const D: usize> Law<D> {
         }
         let view = View { displacement: rest, condensed: &[], load: 0.0 };
         let free = rigid.and_then(|law| law.surface.free_direction());
-        let barred = |k: usize, normal: &Point<D>| match rigid {
-            Some(law) => (law.local_contact(k, &view, |_, _, _| {}).normal, free),
-            None => (*normal, None),
-        };
-        along_directions(surface, friction && self.has_friction(), barred, &mut |trace, x, direction| {
-            visit(trace, opposite, x, direction);
-        });
-    }
-}
-
-/// Visits the directions that contact blocks at the mean places of trace functions: along a normal or, with friction, along all axes, minus
-/// the free direction. `barred` gives both, the normal and the free direction, for the number of a trace function and its own normal.
-fn along_directions<const D: usize>(
-    surface: &ContactSurface<D>,
-    friction: bool,
-    barred: impl Fn(usize, &Point<D>) -> (Point<D>, Option<Point<D>>),
-    visit: &mut dyn FnMut(&Trace, &Point<D>, &Point<D>),
-) {
-    let total: f64 = surface.traces.iter().map(|trace| trace.area).sum();
-    for (k, trace) in surface.traces.iter().enumerate() {
-        let (mut x, mut normal) = (Point::<D>::zeros(), Point::<D>::zeros());
-        for &(point, weight) in &trace.points {
-            x += surface.table.positions()[point as usize] * (weight / trace.area);
-            normal += surface.table.normals()[point as usize] * weight;
-        }
-        let (normal, free) = barred(k, &(normal / normal.norm().max(f64::MIN_POSITIVE)));
-        let share = (trace.area / total).sqrt();
-        let less =
-            |direction: Point<D>| (direction - free.map_or(Point::zeros(), |free| free * direction.dot(&free))) * share;
-        if friction {
-            let axis = |axis: usize| Point::<D>::from_fn(|i, _| f64::from(u8::from(i == axis)));
-            (0..D).for_each(|i| visit(trace, &x, &less(axis(i))));
-        } else {
-            visit(trace, &x, &less(normal));
+        let total: f64 = surface.traces.iter().map(|trace| trace.area).sum();
+        for (k, trace) in surface.traces.iter().enumerate() {
+            let mut x = Point::<D>::zeros();
+            for &(point, weight) in &trace.points {
+                x += surface.table.positions()[point as usize] * (weight / trace.area);
+            }
+            let share = (trace.area / total).sqrt();
+            let mut less = |direction: Point<D>| {
+                let along = free.map_or_else(Point::zeros, |free| free * direction.dot(&free));
+                visit(trace, opposite, &x, &((direction - along) * share));
+            };
+            match rigid {
+                _ if friction && self.has_friction() => {
+                    (0..D).for_each(|axis| less(Point::from_fn(|i, _| f64::from(u8::from(i == axis)))));
+                }
+                Some(law) => less(law.local_contact(k, &view, |_, _, _| {}).normal),
+                None => less(surface.normal(trace)),
+            }
         }
     }
 }
