@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::error::BoundaryError;
 
-use super::Constraints;
+use super::{Constraints, Disjoint};
 
 /// A constraint equation of which elimination leaves less than this part of its size depends on others.
 const DEPENDENT: f64 = 1e-10;
@@ -45,27 +45,18 @@ pub(super) fn eliminate(equations: &Constraints, limit: usize) -> Result<Vec<(Gr
 
 /// The constraint equations in sets that share no unknowns with each other.
 fn connected(equations: &Constraints) -> Vec<Vec<usize>> {
-    let mut leader: Vec<usize> = (0..equations.len()).collect();
-    fn find(leader: &mut [usize], mut i: usize) -> usize {
-        while leader[i] != i {
-            leader[i] = leader[leader[i]];
-            i = leader[i];
-        }
-        i
-    }
+    let mut sets = Disjoint::new(equations.len());
     let mut first_equation: BTreeMap<usize, usize> = BTreeMap::new();
     for (r, equation) in equations.equations().iter().enumerate() {
         for &(unknown, coefficient) in &equation.entries {
             if coefficient != 0.0 {
-                let other = *first_equation.entry(unknown).or_insert(r);
-                let (a, b) = (find(&mut leader, r), find(&mut leader, other));
-                leader[a.max(b)] = a.min(b);
+                sets.join(r, *first_equation.entry(unknown).or_insert(r));
             }
         }
     }
     let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for r in 0..equations.len() {
-        members.entry(find(&mut leader, r)).or_default().push(r);
+        members.entry(sets.leader(r)).or_default().push(r);
     }
     members.into_values().collect()
 }

@@ -2,6 +2,7 @@
 
 mod at_particles;
 mod constraints;
+mod disjoint;
 mod elimination;
 mod equation;
 mod multipliers;
@@ -12,11 +13,12 @@ mod row_values;
 mod transformation;
 
 pub use constraints::Constraints;
+pub(crate) use disjoint::Disjoint;
 pub use equation::ConstraintEquation;
 pub(crate) use equation::{check_component, check_unknowns};
 pub use multipliers::LagrangeMultipliers;
 pub(crate) use multipliers::{Unaugmented, dependent_rows};
-pub(crate) use over_boundary::{BoundaryPiece, rounding};
+pub(crate) use over_boundary::{BoundaryPiece, InterfaceSide, facet_neighbours, rounding};
 pub(crate) use ownership::Claims;
 pub(crate) use prescribed_directions::{PrescribedDirection, is_redundant};
 pub use row_values::Motion;

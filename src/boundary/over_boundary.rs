@@ -96,23 +96,18 @@ impl Constraints {
             };
             requested.insert(particle, (prescription, again));
         }
-        let is_free = |particle: u32| !requested[&particle].1;
-        let receivers = receivers(approximation.nodes(), &order, &neighbours, is_free);
-        let sums = match axis {
-            Some(_) if along_first.is_some() => None,
-            Some(_) => {
-                *along_first = Some(integrals(approximation, boundary, kinematics, &along_axis(0))?);
-                None
+        let side = InterfaceSide { approximation, boundary, first_node: 0, sign: 1.0 };
+        let varying;
+        let sums = match (axis, along_first) {
+            (Some(_), Some(known)) => &*known,
+            (Some(_), along_first) => along_first.insert(integrals(&[side], kinematics, &along_axis(0))?),
+            (None, _) => {
+                varying = integrals(&[side], kinematics, along)?;
+                &varying
             }
-            None => Some(integrals(approximation, boundary, kinematics, along)?),
         };
-        let sums = sums.as_ref().or(along_first.as_ref());
-        let mut received: HashMap<u32, Vec<&Integrals<D>>> = HashMap::new();
-        for own in &order {
-            if let (Some(&receiver), Some(sum)) = (receivers.get(own), sums.and_then(|sums| sums.get(own))) {
-                received.entry(receiver).or_default().push(sum);
-            }
-        }
+        let is_free = |particle: u32| !requested[&particle].1;
+        let mut received = received(approximation.nodes(), (&order, &neighbours), sums, is_free);
         for particle in order {
             let Some(parts) = received.remove(&particle) else { continue };
             let mut points = Vec::new();
@@ -134,10 +129,37 @@ impl Constraints {
         }
         Ok(())
     }
+
+    /// Conditions $\int\Theta_J\,(u_1 - u_2)\,\mathrm d\Gamma = 0$ between two sides with trace functions of the particles on `faces` of the
+    /// first one, for the particles that `tie` says are free along a component.
+    pub(crate) fn bond<const D: usize>(
+        &mut self,
+        faces: &BoundaryCells<D>,
+        sides: &[InterfaceSide<'_, D>; 2],
+        kinematics: &dyn Kinematics<D>,
+        label: &str,
+        tie: &mut dyn FnMut(usize, u32) -> bool,
+    ) -> Result<(), Error> {
+        let (order, neighbours) = facet_neighbours(faces);
+        let sums = integrals(sides, kinematics, &along_axis(0))?;
+        for component in 0..D {
+            let free: HashSet<u32> = order.iter().copied().filter(|&particle| tie(component, particle)).collect();
+            let is_free = |particle: u32| free.contains(&particle);
+            let mut received = received(sides[0].approximation.nodes(), (&order, &neighbours), &sums, is_free);
+            for particle in &order {
+                let Some(parts) = received.remove(particle) else { continue };
+                let entries = summed(&parts, component);
+                let dependent = (sides[0].first_node + *particle as usize) * D + component;
+                let (amplitude, label) = (Amplitude::Constant, label.to_string());
+                self.push(ConstraintEquation { entries, dependent, target: 0.0, amplitude, label })?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The particles of a boundary part in the order of its facets, and those that share a facet with each.
-fn facet_neighbours<const D: usize>(boundary: &BoundaryCells<D>) -> (Vec<u32>, HashMap<u32, Vec<u32>>) {
+pub(crate) fn facet_neighbours<const D: usize>(boundary: &BoundaryCells<D>) -> (Vec<u32>, HashMap<u32, Vec<u32>>) {
     let mut neighbours: HashMap<u32, Vec<u32>> = HashMap::new();
     let mut order: Vec<u32> = Vec::new();
     for group in boundary.points.groups.windows(2) {
@@ -159,31 +181,41 @@ fn facet_neighbours<const D: usize>(boundary: &BoundaryCells<D>) -> (Vec<u32>, H
     (order, neighbours)
 }
 
-/// Where each trace function goes: to its own particle where that is free, or to the nearest free one on a shared facet. One that
-/// has nowhere to go repeats what an earlier condition prescribes.
-fn receivers<const D: usize>(
+/// The integrals of the trace functions by the particle that each goes to: its own where that is free, or the nearest free one on a shared
+/// facet. One that has nowhere to go repeats what is prescribed already.
+fn received<'a, const D: usize>(
     nodes: &[Point<D>],
-    order: &[u32],
-    neighbours: &HashMap<u32, Vec<u32>>,
+    (order, neighbours): (&[u32], &HashMap<u32, Vec<u32>>),
+    sums: &'a HashMap<u32, Integrals<D>>,
     is_free: impl Fn(u32) -> bool,
-) -> HashMap<u32, u32> {
-    let mut receivers: HashMap<u32, u32> = HashMap::new();
+) -> HashMap<u32, Vec<&'a Integrals<D>>> {
+    let mut received: HashMap<u32, Vec<&Integrals<D>>> = HashMap::new();
     for &particle in order {
-        if is_free(particle) {
-            receivers.insert(particle, particle);
-            continue;
-        }
+        let Some(sum) = sums.get(&particle) else { continue };
         let at = nodes[particle as usize];
         let nearer = |a: &u32, b: &u32| {
             let distance = |n: &u32| (nodes[*n as usize] - at).norm_squared();
             distance(a).total_cmp(&distance(b)).then(a.cmp(b))
         };
-        let nearest = neighbours[&particle].iter().copied().filter(|&other| is_free(other)).min_by(nearer);
-        // In corners of triangles all particles around may be prescribed: the trace functions of the part still sum to one.
-        let nearest = nearest.or_else(|| order.iter().copied().filter(|&other| is_free(other)).min_by(nearer));
-        receivers.extend(nearest.map(|nearest| (particle, nearest)));
+        let nearest = |among: &[u32]| among.iter().copied().filter(|&other| is_free(other)).min_by(nearer);
+        let receiver = match is_free(particle) {
+            true => Some(particle),
+            // In corners of triangles all particles around may be prescribed: the trace functions of the part still sum to one.
+            false => nearest(&neighbours[&particle]).or_else(|| nearest(order)),
+        };
+        if let Some(receiver) = receiver {
+            received.entry(receiver).or_default().push(sum);
+        }
     }
-    receivers
+    received
+}
+
+/// One side of constraint equations over facets: the trace functions there, the functions of its body, and the first node of this.
+pub(crate) struct InterfaceSide<'a, const D: usize> {
+    pub(crate) approximation: &'a dyn Approximation<D>,
+    pub(crate) boundary: &'a BoundaryCells<D>,
+    pub(crate) first_node: usize,
+    pub(crate) sign: f64,
 }
 
 /// A piece of a boundary; integrals along the first axis are kept for conditions along the others.
@@ -227,36 +259,37 @@ fn summed<const D: usize>(parts: &[&Integrals<D>], further: usize) -> Vec<(usize
     entries
 }
 
-/// Sums each trace function times shape functions over a boundary part.
+/// Sums each trace function times the shape functions of all sides over their facets.
 fn integrals<const D: usize>(
-    approximation: &dyn Approximation<D>,
-    boundary: &BoundaryCells<D>,
+    sides: &[InterfaceSide<'_, D>],
     kinematics: &dyn Kinematics<D>,
     along: Along<'_, D>,
 ) -> Result<HashMap<u32, Integrals<D>>, Error> {
     let mut sums: HashMap<u32, Integrals<D>> = HashMap::new();
-    let mut scratch = Scratch::default();
-    let mut psi = ShapeFunctions::default();
+    let (mut scratch, mut psi) = (Scratch::default(), ShapeFunctions::default());
     let has_hoops = !crate::kinematics::hoop_components(kinematics)?.is_empty();
-    for group in boundary.points.groups.windows(2) {
-        let mut at_group = boundary.points.positions[group[0]..group[1]].iter();
-        let on_axis = has_hoops && at_group.all(|x| kinematics.measure(x) == 0.0);
-        for point in group[0]..group[1] {
-            let at = boundary.points.positions[point];
-            approximation.evaluate_values(&at, &mut scratch, &mut psi)?;
-            check_values(&psi, approximation.nodes().len(), &at)?;
-            let measure = if on_axis { 1.0 } else { crate::kinematics::measure(kinematics, has_hoops, &at)? };
-            let normal = boundary.points.normals.get(point).copied().unwrap_or_else(Point::zeros);
-            let direction = along(&at, &normal)?;
-            for &(particle, trace) in &boundary.traces[point] {
-                let weight = boundary.points.weights[point] * measure * trace;
-                let Integrals { entries, points } = sums.entry(particle).or_default();
-                for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
-                    for i in (0..D).filter(|&i| direction[i] != 0.0) {
-                        *entries.entry(node as usize * D + i).or_default() += weight * psi * direction[i];
+    for &InterfaceSide { approximation, boundary, first_node, sign } in sides {
+        for group in boundary.points.groups.windows(2) {
+            let mut at_group = boundary.points.positions[group[0]..group[1]].iter();
+            let on_axis = has_hoops && at_group.all(|x| kinematics.measure(x) == 0.0);
+            for point in group[0]..group[1] {
+                let at = boundary.points.positions[point];
+                approximation.evaluate_values(&at, &mut scratch, &mut psi)?;
+                check_values(&psi, approximation.nodes().len(), &at)?;
+                let measure = if on_axis { 1.0 } else { crate::kinematics::measure(kinematics, has_hoops, &at)? };
+                let normal = boundary.points.normals.get(point).copied().unwrap_or_else(Point::zeros);
+                let direction = along(&at, &normal)?;
+                for &(particle, trace) in &boundary.traces[point] {
+                    let weight = sign * boundary.points.weights[point] * measure * trace;
+                    let Integrals { entries, points } = sums.entry(particle).or_default();
+                    for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
+                        for i in (0..D).filter(|&i| direction[i] != 0.0) {
+                            *entries.entry((first_node + node as usize) * D + i).or_default() +=
+                                weight * psi * direction[i];
+                        }
                     }
+                    points.push((at, weight));
                 }
-                points.push((at, weight));
             }
         }
     }

@@ -64,11 +64,16 @@ impl<const D: usize> BoundaryCells<D> {
 
     /// The facets whose middle a predicate holds for.
     pub(crate) fn within(&self, holds: &dyn Fn(&Point<D>) -> bool) -> Self {
+        self.facets(&|_, middle| holds(middle))
+    }
+
+    /// The facets whose number and middle a predicate holds for.
+    pub(crate) fn facets(&self, holds: &dyn Fn(usize, &Point<D>) -> bool) -> Self {
         let mut kept = BoundaryCells { points: Points::empty(), traces: Vec::new() };
-        for group in self.points.groups.windows(2) {
+        for (number, group) in self.points.groups.windows(2).enumerate() {
             let range = group[0]..group[1];
             let middle = self.points.positions[range.clone()].iter().sum::<Point<D>>() / range.len().max(1) as f64;
-            if range.is_empty() || !holds(&middle) {
+            if range.is_empty() || !holds(number, &middle) {
                 continue;
             }
             kept.points.positions.extend_from_slice(&self.points.positions[range.clone()]);

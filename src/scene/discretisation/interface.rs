@@ -1,14 +1,12 @@
 //! The faces that two bodies share: their facets, and functions of one side carried to the other.
 
-use std::collections::HashMap;
-
 use nalgebra::{DMatrix, SMatrix};
 
+use crate::boundary::{InterfaceSide, facet_neighbours};
 use crate::cells::BoundaryCells;
 use crate::error::Error;
 use crate::geometry::{Bounds, Point};
 use crate::kinematics::Kinematics;
-use crate::shape::ShapeFunctions;
 
 use super::discrete_body::DiscreteBody;
 
@@ -16,13 +14,12 @@ use super::discrete_body::DiscreteBody;
 /// into facets of different lengths, are a sixteenth of a quarter turn apart at most.
 const ACROSS: f64 = 0.05;
 
-/// One side of an interface: its facets there.
-pub(crate) struct InterfaceSide<'a, const D: usize> {
+/// A face of a body: its facets on an interface.
+pub(crate) struct Face<'a, const D: usize> {
     pub(crate) discrete_body: &'a DiscreteBody<D>,
     pub(crate) cells: BoundaryCells<D>,
     /// Weights with the measure of the kinematics.
     pub(crate) weights: Vec<f64>,
-    pub(crate) values: Vec<ShapeFunctions<D>>,
     /// The particles with a trace function, in the order of the facets.
     pub(crate) particles: Vec<u32>,
 }
@@ -146,38 +143,27 @@ pub(crate) fn shared<const D: usize>(cells: [&BoundaryCells<D>; 2]) -> [Vec<usiz
     })
 }
 
-impl<'a, const D: usize> InterfaceSide<'a, D> {
+impl<'a, const D: usize> Face<'a, D> {
     pub(crate) fn new(
         discrete_body: &'a DiscreteBody<D>,
         boundary: &BoundaryCells<D>,
         chosen: &[usize],
         kinematics: &dyn Kinematics<D>,
     ) -> Result<Self, Error> {
-        let mut cells = BoundaryCells { points: crate::quadrature::Points::empty(), traces: Vec::new() };
-        for &facet in chosen {
-            let range = boundary.points.groups[facet]..boundary.points.groups[facet + 1];
-            cells.points.positions.extend_from_slice(&boundary.points.positions[range.clone()]);
-            cells.points.weights.extend_from_slice(&boundary.points.weights[range.clone()]);
-            cells.points.normals.extend_from_slice(&boundary.points.normals[range.clone()]);
-            cells.traces.extend_from_slice(&boundary.traces[range]);
-            cells.points.close_group();
-        }
+        let cells = boundary.facets(&|number, _| chosen.binary_search(&number).is_ok());
         let has_hoops = !kinematics.hoop_components().is_empty();
         let mut weights = Vec::with_capacity(cells.traces.len());
         for (x, weight) in cells.points.positions.iter().zip(&cells.points.weights) {
             weights.push(weight * crate::kinematics::measure(kinematics, has_hoops, x)?);
         }
-        let values = discrete_body.values_at(&cells.points.positions)?;
-        let mut particles: Vec<u32> = Vec::new();
-        let mut seen = std::collections::HashSet::new();
-        for traces in &cells.traces {
-            for &(particle, _) in traces {
-                if seen.insert(particle) {
-                    particles.push(particle);
-                }
-            }
-        }
-        Ok(InterfaceSide { discrete_body, cells, weights, values, particles })
+        let (particles, _) = facet_neighbours(&cells);
+        Ok(Face { discrete_body, cells, weights, particles })
+    }
+
+    /// A side of equations over facets here or of the other face.
+    pub(crate) fn side<'b>(&'b self, boundary: &'b BoundaryCells<D>, sign: f64) -> InterfaceSide<'b, D> {
+        let DiscreteBody { approximation, nodes, .. } = self.discrete_body;
+        InterfaceSide { approximation: &**approximation, boundary, first_node: nodes.start, sign }
     }
 
     /// Where a particle of this side lies.
@@ -201,33 +187,28 @@ pub(crate) fn linear<const D: usize>(x: &Point<D>, centre: &Point<D>, size: f64)
     std::iter::once(1.0).chain((0..D).map(move |i| offset[i]))
 }
 
-/// Values of the multipliers' functions: for each point (multiplier, value).
-pub(crate) type MultiplierValues = Vec<Vec<(usize, f64)>>;
+/// Values of trace functions: for each point (particle, value).
+pub(crate) type Traces = Vec<Vec<(u32, f64)>>;
 
 /// The trace functions of one side at points of the other one: extrapolated from the points of the facet that a point lies on, and
 /// corrected so that they have the measure and the first moments that they have on their own side.
 ///
 /// Sums of the trace functions stay one, whatever the rules: a constant multiplier pushes both sides as their own rules do, and the patch
 /// test passes across interfaces that do not match.
-pub(crate) fn carried<const D: usize>(
-    mortar: &InterfaceSide<'_, D>,
-    number: &HashMap<u32, usize>,
-    other: &InterfaceSide<'_, D>,
-) -> MultiplierValues {
+pub(crate) fn carried<const D: usize>(mortar: &Face<'_, D>, other: &Face<'_, D>) -> Traces {
     let facets = Facets::of(&mortar.cells);
     let all: Vec<usize> = (0..facets.middles.len()).collect();
     let fits: Vec<Fit<D>> = all.iter().map(|&k| Fit::new(mortar, &facets, k)).collect();
-    let mut carried: MultiplierValues = Vec::with_capacity(other.weights.len());
+    let mut carried: Traces = Vec::with_capacity(other.weights.len());
     for x in &other.cells.points.positions {
-        let mut values: Vec<(usize, f64)> = Vec::new();
+        let mut values: Vec<(u32, f64)> = Vec::new();
         if let Some(facet) = facets.nearest(&all, x) {
             let range = mortar.cells.points.groups[facet]..mortar.cells.points.groups[facet + 1];
             for (point, part) in range.zip(fits[facet].parts(x)) {
                 for &(particle, trace) in &mortar.cells.traces[point] {
-                    let multiplier = number[&particle];
-                    match values.iter_mut().find(|entry| entry.0 == multiplier) {
+                    match values.iter_mut().find(|entry| entry.0 == particle) {
                         Some(entry) => entry.1 += part * trace,
-                        None => values.push((multiplier, part * trace)),
+                        None => values.push((particle, part * trace)),
                     }
                 }
             }
@@ -246,15 +227,13 @@ struct Fit<const D: usize> {
 }
 
 impl<const D: usize> Fit<D> {
-    fn new(interface_side: &InterfaceSide<'_, D>, facets: &Facets<D>, facet: usize) -> Self {
-        let range = interface_side.cells.points.groups[facet]..interface_side.cells.points.groups[facet + 1];
+    fn new(face: &Face<'_, D>, facets: &Facets<D>, facet: usize) -> Self {
+        let range = face.cells.points.groups[facet]..face.cells.points.groups[facet + 1];
         let (middle, normal, size) = (facets.middles[facet], facets.normals[facet], facets.sizes[facet]);
         let mut tangents: Vec<Point<D>> = Vec::new();
         // The first along the points, which stand along the sides of bricks.
-        let along = range
-            .clone()
-            .skip(1)
-            .map(|k| interface_side.cells.points.positions[k] - interface_side.cells.points.positions[range.start]);
+        let along =
+            range.clone().skip(1).map(|k| face.cells.points.positions[k] - face.cells.points.positions[range.start]);
         let axes = (0..D).map(|axis| Point::<D>::from_fn(|i, _| f64::from(u8::from(i == axis))));
         for candidate in along.chain(axes) {
             if tangents.len() + 1 >= D {
@@ -275,7 +254,7 @@ impl<const D: usize> Fit<D> {
         tangents.iter_mut().for_each(|tangent| *tangent /= size);
         let mut fit = Fit { middle, tangents, inverse: DMatrix::zeros(0, 0) };
         let rows: Vec<Vec<f64>> =
-            range.clone().map(|k| fit.functions(&interface_side.cells.points.positions[k], range.len())).collect();
+            range.clone().map(|k| fit.functions(&face.cells.points.positions[k], range.len())).collect();
         let functions = rows.first().map_or(0, Vec::len);
         let matrix = DMatrix::from_fn(rows.len(), functions, |i, j| rows[i][j]);
         fit.inverse = matrix.pseudo_inverse(1e-10).unwrap_or_else(|_| DMatrix::zeros(functions, rows.len()));

@@ -1,10 +1,12 @@
 //! Values of the functions of multipliers on the far side of an interface, corrected to the measures and first moments of the near
 //! side.
 
+use std::collections::HashMap;
+
 use crate::geometry::Point;
 use crate::linear::vector::dot;
 
-use super::interface::{InterfaceSide, MultiplierValues, linear};
+use super::interface::{Face, Traces, linear};
 
 /// Rounds of corrections: each leaves about a part [`CLOSER`] of what was missing, until rounding is all that is left.
 const ROUNDS: usize = 4;
@@ -19,19 +21,28 @@ const GROWN: f64 = 10.0;
 /// Adds what is missing of the measures and first moments of each function: the smallest change in terms of the functions
 /// themselves that leaves their sums one, by conjugate gradients.
 pub(crate) fn correct<const D: usize>(
-    functions: &mut MultiplierValues,
-    other: &InterfaceSide<'_, D>,
-    wanted: &[Vec<f64>],
+    traces: &mut Traces,
+    mortar: &Face<'_, D>,
+    other: &Face<'_, D>,
     centre: &Point<D>,
     size: f64,
 ) {
+    let number: HashMap<u32, usize> = mortar.particles.iter().enumerate().map(|(k, &p)| (p, k)).collect();
+    let mut functions = numbered(traces, &number);
+    let mut wanted = vec![vec![0.0; D + 1]; number.len()];
+    let own = numbered(&mortar.cells.traces, &number);
+    for ((values, x), weight) in own.iter().zip(&mortar.cells.points.positions).zip(&mortar.weights) {
+        for &(j, value) in values {
+            wanted[j].iter_mut().zip(linear(x, centre, size)).for_each(|(m, q)| *m += weight * value * q);
+        }
+    }
     let system = Moments {
         xi: other.cells.points.positions.iter().map(|x| linear(x, centre, size).collect()).collect(),
         bounds: functions.iter().map(|values| values.iter().map(|&(j, v)| (j, v.max(0.0))).collect()).collect(),
         weights: &other.weights,
         terms: D + 1,
     };
-    let mut missing = system.missing(functions, wanted);
+    let mut missing = system.missing(&functions, &wanted);
     for _ in 0..ROUNDS {
         let alpha = system.solve(&missing);
         let mut corrected = functions.clone();
@@ -40,12 +51,22 @@ pub(crate) fn correct<const D: usize>(
                 values.iter_mut().filter(|entry| entry.0 == j).for_each(|entry| entry.1 += change);
             }
         }
-        let left = system.missing(&corrected, wanted);
+        let left = system.missing(&corrected, &wanted);
         if !(dot(&left, &left) < dot(&missing, &missing)) {
             break;
         }
-        (*functions, missing) = (corrected, left);
+        (functions, missing) = (corrected, left);
     }
+    for (traces, functions) in traces.iter_mut().zip(functions) {
+        traces.iter_mut().zip(functions).for_each(|(trace, function)| trace.1 = function.1);
+    }
+}
+
+/// Values of functions: for each point (number, value).
+type Values = Vec<Vec<(usize, f64)>>;
+
+fn numbered(traces: &Traces, number: &HashMap<u32, usize>) -> Values {
+    traces.iter().map(|traces| traces.iter().map(|&(p, v)| (number[&p], v)).collect()).collect()
 }
 
 /// How measures and first moments of functions follow from changes
@@ -54,14 +75,14 @@ struct Moments<'a> {
     /// $\xi$ at each point.
     xi: Vec<Vec<f64>>,
     /// $\omega_J$ at each point.
-    bounds: MultiplierValues,
+    bounds: Values,
     weights: &'a [f64],
     terms: usize,
 }
 
 impl Moments<'_> {
     /// What functions lack of the wanted moments, one after the other.
-    fn missing(&self, functions: &MultiplierValues, wanted: &[Vec<f64>]) -> Vec<f64> {
+    fn missing(&self, functions: &Values, wanted: &[Vec<f64>]) -> Vec<f64> {
         let mut missing = wanted.concat();
         for ((values, q), weight) in functions.iter().zip(&self.xi).zip(self.weights) {
             for &(j, value) in values {

@@ -5,6 +5,7 @@ use std::fmt;
 use nalgebra::DMatrix;
 
 use crate::assembly::{Model, StateRef};
+use crate::boundary::Disjoint;
 use crate::contact::Trace;
 use crate::geometry::Point;
 use crate::scene::Problem;
@@ -195,31 +196,23 @@ fn pieces<const D: usize>(problem: &Problem<D>, body: &DiscreteBody<D>) -> Vec<V
     if problem.model().ranks().is_some() {
         return vec![nodes.collect()];
     }
-    let mut parent: Vec<usize> = (0..nodes.len()).collect();
-    let root = |parent: &mut Vec<usize>, mut node: usize| {
-        while parent[node] != node {
-            parent[node] = parent[parent[node]];
-            node = parent[node];
-        }
-        node
-    };
+    let mut sets = Disjoint::new(nodes.len());
     for cluster in 0..clusters.len() {
         let mut own = clusters.nodes(cluster).iter().filter_map(|&node| (node as usize).checked_sub(nodes.start));
         let Some(first) = own.next() else { continue };
         for node in own.filter(|&node| node < nodes.len()) {
-            let (a, b) = (root(&mut parent, first), root(&mut parent, node));
-            parent[a.max(b)] = a.min(b);
+            sets.join(first, node);
         }
     }
     let mut pieces: Vec<Vec<usize>> = Vec::new();
     let mut piece_of = vec![usize::MAX; nodes.len()];
     for node in 0..nodes.len() {
-        let root = root(&mut parent, node);
-        if piece_of[root] == usize::MAX {
-            piece_of[root] = pieces.len();
+        let leader = sets.leader(node);
+        if leader == node {
+            piece_of[node] = pieces.len();
             pieces.push(Vec::new());
         }
-        pieces[piece_of[root]].push(nodes.start + node);
+        pieces[piece_of[leader]].push(nodes.start + node);
     }
     // Nodes beyond all clusters have no stiffness and are no piece.
     pieces.retain(|piece| piece.len() > 1);
