@@ -6,11 +6,10 @@ use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::table::check_values;
 use crate::term::Amplitude;
 
-use super::constraints::Constraints;
-use super::equation::{ConstraintEquation, check_component};
+use super::constraints::{AT_PARTICLES, Constraints};
 use super::over_boundary::rounding;
-use super::prescribed_directions::{PrescribedDirection, is_redundant, own_component};
-use super::row_values::{Along, Value, along_axis, scaled};
+use super::prescribed_directions::is_redundant;
+use super::row_values::{PrescribedComponent, Prescription, scaled};
 
 impl Constraints {
     /// Conditions $u_i(X_J) = g(X_J)\\,a(\lambda)$ at particles: the constraint equations $\Psi_I(X_J)$ of the paper's
@@ -29,8 +28,8 @@ impl Constraints {
         amplitude: &Amplitude,
         label: &str,
     ) -> Result<(), Error> {
-        check_component(component, D, label)?;
-        self.collocate(approximation, particles, &[], &along_axis(component), &scaled(target, amplitude), label)
+        let value = scaled(target, amplitude);
+        self.collocate(approximation, particles, &[], &PrescribedComponent::new(component, &value, label)?)
     }
 
     /// Conditions $e(X_J)\\cdot u(X_J) = g$ at particles, with the outward normals there where they are known.
@@ -39,36 +38,29 @@ impl Constraints {
         approximation: &dyn Approximation<D>,
         particles: &[usize],
         normals: &[Point<D>],
-        along: Along<'_, D>,
-        value: Value<'_, D>,
-        label: &str,
+        prescription: &dyn Prescription<D>,
     ) -> Result<(), Error> {
         let rounding = rounding(approximation.nodes());
-        let mut scratch = Scratch::default();
-        let mut psi = ShapeFunctions::default();
+        let (mut scratch, mut psi) = (Scratch::default(), ShapeFunctions::default());
         for (place, &particle) in particles.iter().enumerate() {
             let Some(&at) = approximation.nodes().get(particle) else {
                 return Err(no_particle(particle).into());
             };
             let normal = normals.get(place).copied().unwrap_or_else(Point::zeros);
-            let direction = along(&at, &normal)?;
-            let (target, amplitude) = value(vec![(at, 1.0)]);
-            let prescriptions = self.at_particles.get(&particle).map_or(&[][..], Vec::as_slice);
-            let requested = PrescribedDirection::new(direction, label, target, amplitude.clone(), self.equations.len());
-            if is_redundant(prescriptions, &requested, &at, rounding)? {
+            let requested = prescription.at(&at, &normal)?;
+            if is_redundant(self.prescriptions(AT_PARTICLES, particle), &requested, &at, rounding)? {
                 continue;
             }
-            let dependent = particle * D
-                + own_component(prescriptions, &direction, |equation| self.equations[equation].dependent % D);
             approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
             check_values(&psi, approximation.nodes().len(), &at)?;
+            let direction = requested.direction::<D>();
             let mut entries = Vec::with_capacity(psi.nodes.len());
             for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
                 let parts = (0..D).filter(|&i| direction[i] != 0.0);
                 entries.extend(parts.map(|i| (node as usize * D + i, value * direction[i])));
             }
-            self.push(ConstraintEquation { entries, dependent, target, amplitude, label: label.to_string() })?;
-            self.at_particles.entry(particle).or_default().push(requested);
+            let value = prescription.value(vec![(at, 1.0)]);
+            self.own::<D>((AT_PARTICLES, particle), requested, entries, value)?;
         }
         Ok(())
     }

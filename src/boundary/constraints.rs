@@ -3,18 +3,22 @@
 use std::collections::HashMap;
 
 use crate::error::BoundaryError;
+use crate::term::Amplitude;
 
 use super::equation::ConstraintEquation;
-use super::prescribed_directions::{PrescribedDirection, spans};
+use super::prescribed_directions::{PrescribedDirection, own_component, spans};
+
+/// Prescribed by boundary integrals.
+pub(super) const OVER_BOUNDARY: usize = 0;
+/// Prescribed at particles.
+pub(super) const AT_PARTICLES: usize = 1;
 
 /// The constraint equations of a problem.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Constraints {
     pub(super) equations: Vec<ConstraintEquation>,
-    /// By particle: what boundary integrals have prescribed of it.
-    pub(super) prescribed: HashMap<usize, Vec<PrescribedDirection>>,
-    /// By particle: its values that are prescribed, to find repeated and conflicting conditions.
-    pub(super) at_particles: HashMap<usize, Vec<PrescribedDirection>>,
+    /// By particle: what is prescribed of it by boundary integrals, and at itself.
+    prescribed: [HashMap<usize, Vec<PrescribedDirection>>; 2],
     /// Break points of motions that the amplitudes of their constraint equations do not have.
     pub(super) break_points: Vec<f64>,
     /// Conditions whose values do not hold at an edge.
@@ -68,7 +72,7 @@ impl Constraints {
 
     /// Takes back what was added since a mark: copies of all constraint equations would cost as many as there are for each condition.
     pub(crate) fn take_back(&mut self, [equations, break_points]: [usize; 2]) {
-        for prescriptions in [&mut self.at_particles, &mut self.prescribed] {
+        for prescriptions in &mut self.prescribed {
             prescriptions.retain(|_, of_particle| {
                 of_particle.retain(|prescription| prescription.equation < equations);
                 !of_particle.is_empty()
@@ -78,11 +82,31 @@ impl Constraints {
         self.break_points.truncate(break_points);
     }
 
+    /// What is prescribed of a particle by boundary integrals or at itself.
+    pub(super) fn prescriptions(&self, by: usize, particle: usize) -> &[PrescribedDirection] {
+        self.prescribed[by].get(&particle).map_or(&[], Vec::as_slice)
+    }
+
+    /// Adds the constraint equation of a particle along a direction.
+    pub(super) fn own<const D: usize>(
+        &mut self,
+        (by, particle): (usize, usize),
+        mut requested: PrescribedDirection,
+        entries: Vec<(usize, f64)>,
+        (target, amplitude): (f64, Amplitude),
+    ) -> Result<(), BoundaryError> {
+        let taken = |equation: usize| self.equations[equation].dependent % D;
+        let own = own_component(self.prescriptions(by, particle), &requested.direction::<D>(), taken);
+        requested.equation = self.equations.len();
+        let (dependent, label) = (particle * D + own, requested.label.clone());
+        self.push(ConstraintEquation { entries, dependent, target, amplitude, label })?;
+        self.prescribed[by].entry(particle).or_default().push(requested);
+        Ok(())
+    }
+
     /// Whether a condition prescribes a component of a particle.
     pub(crate) fn prescribes(&self, particle: usize, component: usize) -> bool {
-        [&self.prescribed, &self.at_particles].iter().any(|prescriptions| {
-            prescriptions.get(&particle).is_some_and(|prescriptions| spans(prescriptions, component))
-        })
+        [OVER_BOUNDARY, AT_PARTICLES].into_iter().any(|by| spans(self.prescriptions(by, particle), component))
     }
 
     /// Appends the constraint equations of a body whose particles stand `nodes` behind the first, each with `dimension` components.
@@ -94,7 +118,7 @@ impl Constraints {
             equation.entries.iter_mut().for_each(|entry| entry.0 += shift);
             equation
         }));
-        for (mine, others) in [(&mut self.prescribed, other.prescribed), (&mut self.at_particles, other.at_particles)] {
+        for (mine, others) in self.prescribed.iter_mut().zip(other.prescribed) {
             mine.extend(others.into_iter().map(|(particle, mut prescriptions)| {
                 prescriptions.iter_mut().for_each(|prescription| prescription.equation += before);
                 (particle + nodes, prescriptions)

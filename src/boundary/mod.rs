@@ -20,9 +20,9 @@ pub use multipliers::LagrangeMultipliers;
 pub(crate) use multipliers::{Unaugmented, dependent_rows};
 pub(crate) use over_boundary::{BoundaryPiece, InterfaceSide, facet_neighbours, rounding};
 pub(crate) use ownership::Claims;
-pub(crate) use prescribed_directions::{PrescribedDirection, is_redundant};
+pub(crate) use prescribed_directions::is_redundant;
 pub use row_values::Motion;
-pub(crate) use row_values::{Value, moved, scaled};
+pub(crate) use row_values::{Prescription, moved, scaled};
 pub use transformation::MixedTransformation;
 
 use crate::assembly::{Pattern, System};

@@ -12,10 +12,10 @@ use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::table::check_values;
 use crate::term::Amplitude;
 
-use super::constraints::Constraints;
-use super::equation::{ConstraintEquation, check_component};
-use super::prescribed_directions::{PrescribedDirection, is_redundant, own_component};
-use super::row_values::{Along, Motion, Value, along_axis, moved, scaled};
+use super::constraints::{Constraints, OVER_BOUNDARY};
+use super::equation::ConstraintEquation;
+use super::prescribed_directions::{PrescribedDirection, is_redundant};
+use super::row_values::{Motion, PrescribedComponent, Prescription, moved, scaled, unit};
 
 impl Constraints {
     /// Conditions $\int\Theta_J(u_i - g\\,a(\lambda))\\,\mathrm d\Gamma = 0$ over a boundary part with its linear
@@ -38,10 +38,9 @@ impl Constraints {
         amplitude: &Amplitude,
         label: &str,
     ) -> Result<(), Error> {
-        check_component(component, D, label)?;
-        let (mut piece, along) = (BoundaryPiece::new(Arc::new(boundary.clone())), along_axis(component));
-        let value = scaled(target, amplitude);
-        self.integrate(approximation, &mut piece, kinematics, (Some(component), &along), (&value, label), None)
+        let (mut piece, value) = (BoundaryPiece::new(Arc::new(boundary.clone())), scaled(target, amplitude));
+        let prescription = PrescribedComponent::new(component, &value, label)?;
+        self.integrate(approximation, &mut piece, kinematics, &prescription, None)
     }
 
     /// Conditions $\int\Theta_J(u_i - g(X, \lambda))\\,\mathrm d\Gamma = 0$: as
@@ -58,21 +57,19 @@ impl Constraints {
         motion: &Motion<D>,
         label: &str,
     ) -> Result<(), Error> {
-        check_component(component, D, label)?;
-        let (mut piece, along) = (BoundaryPiece::new(Arc::new(boundary.clone())), along_axis(component));
-        self.integrate(approximation, &mut piece, kinematics, (Some(component), &along), (&moved(motion), label), None)
+        let (mut piece, value) = (BoundaryPiece::new(Arc::new(boundary.clone())), moved(motion));
+        let prescription = PrescribedComponent::new(component, &value, label)?;
+        self.integrate(approximation, &mut piece, kinematics, &prescription, None)
     }
 
-    /// Conditions $\int\Theta_J\,(e(X)\cdot u - g)\,\mathrm d\Gamma = 0$ along a direction that may vary, or along the axis that is
-    /// given with it. The particles of the piece whose equation another one owns are `yielded`; where that was not settled before, an
+    /// Conditions $\int\Theta_J\,(e(X)\cdot u - g)\,\mathrm d\Gamma = 0$ along a direction that may vary. The particles of the piece whose equation another one owns are `yielded`; where that was not settled before, an
     /// earlier condition owns the equation.
     pub(crate) fn integrate<const D: usize>(
         &mut self,
         approximation: &dyn Approximation<D>,
         piece: &mut BoundaryPiece<D>,
         kinematics: &dyn Kinematics<D>,
-        (axis, along): (Option<usize>, Along<'_, D>),
-        (value, label): (Value<'_, D>, &str),
+        prescription: &dyn Prescription<D>,
         yielded: Option<&HashSet<u32>>,
     ) -> Result<(), Error> {
         let BoundaryPiece { cells: boundary, along_first } = piece;
@@ -85,24 +82,23 @@ impl Constraints {
         for &particle in &order {
             let at = approximation.nodes()[particle as usize];
             let normal = normals.get(&particle).copied().unwrap_or_else(Point::zeros);
-            let (target, amplitude) = value(vec![(at, 1.0)]);
-            let prescription = PrescribedDirection::new(along(&at, &normal)?, label, target, amplitude, 0);
-            let prescriptions = self.prescribed.get(&(particle as usize)).map_or(&[][..], Vec::as_slice);
+            let wanted = prescription.at(&at, &normal)?;
+            let prescriptions = self.prescriptions(OVER_BOUNDARY, particle as usize);
             let again = match yielded {
                 Some(yielded) => yielded.contains(&particle),
                 // Both conditions hold at the corner, whoever owns it: merged without a look, the later one would be spread
                 // over its neighbours and the answer depend on the order.
-                None => is_redundant(prescriptions, &prescription, &at, rounding)?,
+                None => is_redundant(prescriptions, &wanted, &at, rounding)?,
             };
-            requested.insert(particle, (prescription, again));
+            requested.insert(particle, (wanted, again));
         }
         let side = InterfaceSide { approximation, boundary, first_node: 0, sign: 1.0 };
         let varying;
-        let sums = match (axis, along_first) {
+        let sums = match (prescription.axis(), along_first) {
             (Some(_), Some(known)) => &*known,
-            (Some(_), along_first) => along_first.insert(integrals(&[side], kinematics, &along_axis(0))?),
+            (Some(_), along_first) => along_first.insert(integrals(&[side], kinematics, None)?),
             (None, _) => {
-                varying = integrals(&[side], kinematics, along)?;
+                varying = integrals(&[side], kinematics, Some(prescription))?;
                 &varying
             }
         };
@@ -114,18 +110,10 @@ impl Constraints {
             for part in &parts {
                 points.extend_from_slice(&part.points);
             }
-            let (target, amplitude) = value(points);
-            let entries = summed(&parts, axis.unwrap_or(0));
+            let entries = summed(&parts, prescription.axis().unwrap_or(0));
             // The trace functions carry their measure: a multiplier is a traction [stress], whatever the spacing.
-            let Some((mut prescription, _)) = requested.remove(&particle) else { continue };
-            let prescriptions = self.prescribed.get(&(particle as usize)).map_or(&[][..], Vec::as_slice);
-            let own = own_component(prescriptions, &prescription.direction::<D>(), |equation| {
-                self.equations[equation].dependent % D
-            });
-            let dependent = particle as usize * D + own;
-            prescription.equation = self.equations.len();
-            self.push(ConstraintEquation { entries, dependent, target, amplitude, label: label.to_string() })?;
-            self.prescribed.entry(particle as usize).or_default().push(prescription);
+            let Some((wanted, _)) = requested.remove(&particle) else { continue };
+            self.own::<D>((OVER_BOUNDARY, particle as usize), wanted, entries, prescription.value(points))?;
         }
         Ok(())
     }
@@ -141,7 +129,7 @@ impl Constraints {
         tie: &mut dyn FnMut(usize, u32) -> bool,
     ) -> Result<(), Error> {
         let (order, neighbours) = facet_neighbours(faces);
-        let sums = integrals(sides, kinematics, &along_axis(0))?;
+        let sums = integrals(sides, kinematics, None)?;
         for component in 0..D {
             let free: HashSet<u32> = order.iter().copied().filter(|&particle| tie(component, particle)).collect();
             let is_free = |particle: u32| free.contains(&particle);
@@ -259,11 +247,11 @@ fn summed<const D: usize>(parts: &[&Integrals<D>], further: usize) -> Vec<(usize
     entries
 }
 
-/// Sums each trace function times the shape functions of all sides over their facets.
+/// Sums each trace function times the shape functions of all sides over their facets, along the first axis or another direction.
 fn integrals<const D: usize>(
     sides: &[InterfaceSide<'_, D>],
     kinematics: &dyn Kinematics<D>,
-    along: Along<'_, D>,
+    along: Option<&dyn Prescription<D>>,
 ) -> Result<HashMap<u32, Integrals<D>>, Error> {
     let mut sums: HashMap<u32, Integrals<D>> = HashMap::new();
     let (mut scratch, mut psi) = (Scratch::default(), ShapeFunctions::default());
@@ -278,7 +266,7 @@ fn integrals<const D: usize>(
                 check_values(&psi, approximation.nodes().len(), &at)?;
                 let measure = if on_axis { 1.0 } else { crate::kinematics::measure(kinematics, has_hoops, &at)? };
                 let normal = boundary.points.normals.get(point).copied().unwrap_or_else(Point::zeros);
-                let direction = along(&at, &normal)?;
+                let direction = along.map_or(Ok(unit(0)), |along| along.along(&at, &normal))?;
                 for &(particle, trace) in &boundary.traces[point] {
                     let weight = sign * boundary.points.weights[point] * measure * trace;
                     let Integrals { entries, points } = sums.entry(particle).or_default();

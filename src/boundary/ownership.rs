@@ -10,7 +10,7 @@ use crate::geometry::Point;
 
 use super::over_boundary::rounding;
 use super::prescribed_directions::{PrescribedDirection, is_redundant, repeats};
-use super::row_values::{Along, Value};
+use super::row_values::Prescription;
 
 /// Values of $|n\cdot e|$ that differ by less than this are equal.
 const TIE: f64 = 1e-6;
@@ -61,9 +61,7 @@ impl Claims {
         &mut self,
         nodes: &[Point<D>],
         (pieces, rebuilt): (&[Arc<BoundaryCells<D>>], bool),
-        along: Along<'_, D>,
-        value: Value<'_, D>,
-        label: &str,
+        prescription: &dyn Prescription<D>,
     ) -> Result<Range<usize>, Error> {
         let rounding = rounding(nodes);
         let mut made = Vec::new();
@@ -78,15 +76,13 @@ impl Claims {
             for particle in particles {
                 let at = nodes[particle as usize];
                 let normal = normals.get(&particle).copied().unwrap_or_else(Point::zeros);
-                let direction = along(&at, &normal)?;
-                let facing = first + direction.dot(&normal).abs();
-                let (target, amplitude) = value(vec![(at, 1.0)]);
-                let prescription = PrescribedDirection::new(direction, label, target, amplitude, 0);
+                let wanted = prescription.at(&at, &normal)?;
+                let facing = first + wanted.direction::<D>().dot(&normal).abs();
                 let known = self.of.get(&particle).map_or(&[][..], Vec::as_slice);
                 let equal = known.iter().filter(|claim| (claim.facing - facing).abs() <= TIE);
                 let equal: Vec<PrescribedDirection> = equal.map(|claim| claim.prescription.clone()).collect();
-                is_redundant(&equal, &prescription, &at, rounding)?;
-                made.push((particle, Claim { piece: self.pieces + place, facing, prescription }));
+                is_redundant(&equal, &wanted, &at, rounding)?;
+                made.push((particle, Claim { piece: self.pieces + place, facing, prescription: wanted }));
             }
         }
         for (particle, claim) in made {

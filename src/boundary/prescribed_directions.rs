@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::BoundaryError;
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::linear::vector::dot;
 use crate::term::Amplitude;
 
@@ -18,7 +18,7 @@ const EXACT: f64 = 1e-9;
 pub(crate) struct PrescribedDirection {
     /// The unit vector, padded by zeros.
     direction: [f64; 3],
-    label: String,
+    pub(super) label: String,
     target: f64,
     amplitude: Amplitude,
     /// The constraint equation that carries it.
@@ -26,19 +26,13 @@ pub(crate) struct PrescribedDirection {
 }
 
 impl PrescribedDirection {
-    pub(crate) fn new<const D: usize>(
-        direction: Point<D>,
-        label: &str,
-        target: f64,
-        amplitude: Amplitude,
-        equation: usize,
-    ) -> Self {
-        let direction = std::array::from_fn(|i| if i < D { direction[i] } else { 0.0 });
-        PrescribedDirection { direction, label: label.to_string(), target, amplitude, equation }
+    pub(crate) fn new<const D: usize>(direction: Point<D>, label: &str, target: f64, amplitude: Amplitude) -> Self {
+        let direction = padded::<D, 3>(&direction).into();
+        PrescribedDirection { direction, label: label.to_string(), target, amplitude, equation: 0 }
     }
 
     pub(crate) fn direction<const D: usize>(&self) -> Point<D> {
-        Point::from_fn(|i, _| self.direction[i])
+        padded(&self.direction.into())
     }
 }
 
@@ -170,7 +164,7 @@ mod tests {
     use super::*;
 
     fn prescription(direction: [f64; 2], target: f64) -> PrescribedDirection {
-        PrescribedDirection::new(Point::<2>::from(direction), "a plane", target, Amplitude::Ramp, 0)
+        PrescribedDirection::new(Point::<2>::from(direction), "a plane", target, Amplitude::Ramp)
     }
 
     #[test]

@@ -6,11 +6,72 @@ use crate::error::BoundaryError;
 use crate::geometry::Point;
 use crate::term::Amplitude;
 
+use super::equation::check_component;
+use super::prescribed_directions::PrescribedDirection;
+
 /// A displacement component as a function of $X$ and the load factor.
 pub type Motion<const D: usize> = Arc<dyn Fn(&Point<D>, f64) -> f64 + Send + Sync>;
 
-/// The value of a constraint equation that weighs the given points: $g$ and $a(\lambda)$.
+/// A value over weighed points: $g$ and $a(\lambda)$.
 pub(crate) type Value<'a, const D: usize> = &'a dyn Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude);
+
+/// What a condition prescribes along a direction.
+pub(crate) trait Prescription<const D: usize> {
+    /// The condition, for messages.
+    fn label(&self) -> &str;
+
+    /// The axis that it acts along, where it is one.
+    fn axis(&self) -> Option<usize>;
+
+    /// The unit vector that it acts along, at a point with the outward normal of the boundary there (zero where there is none).
+    fn along(&self, x: &Point<D>, normal: &Point<D>) -> Result<Point<D>, BoundaryError>;
+
+    /// What it prescribes over weighed points: $g$ and $a(\lambda)$.
+    fn value(&self, points: Vec<(Point<D>, f64)>) -> (f64, Amplitude);
+
+    /// What it prescribes at a point.
+    fn at(&self, x: &Point<D>, normal: &Point<D>) -> Result<PrescribedDirection, BoundaryError> {
+        let (target, amplitude) = self.value(vec![(*x, 1.0)]);
+        Ok(PrescribedDirection::new(self.along(x, normal)?, self.label(), target, amplitude))
+    }
+}
+
+/// A prescribed component.
+pub(super) struct PrescribedComponent<'a, const D: usize> {
+    component: usize,
+    value: Value<'a, D>,
+    label: &'a str,
+}
+
+impl<'a, const D: usize> PrescribedComponent<'a, D> {
+    pub(super) fn new(component: usize, value: Value<'a, D>, label: &'a str) -> Result<Self, BoundaryError> {
+        check_component(component, D, label)?;
+        Ok(PrescribedComponent { component, value, label })
+    }
+}
+
+impl<const D: usize> Prescription<D> for PrescribedComponent<'_, D> {
+    fn label(&self) -> &str {
+        self.label
+    }
+
+    fn axis(&self) -> Option<usize> {
+        Some(self.component)
+    }
+
+    fn along(&self, _: &Point<D>, _: &Point<D>) -> Result<Point<D>, BoundaryError> {
+        Ok(unit(self.component))
+    }
+
+    fn value(&self, points: Vec<(Point<D>, f64)>) -> (f64, Amplitude) {
+        (self.value)(points)
+    }
+}
+
+/// The unit vector along an axis.
+pub(crate) fn unit<const D: usize>(axis: usize) -> Point<D> {
+    Point::from_fn(|i, _| f64::from(u8::from(i == axis)))
+}
 
 /// $g\\,a(\lambda)$ with $g = \sum w\\,g(X)$.
 pub(crate) fn scaled<'a, const D: usize>(
@@ -34,15 +95,4 @@ pub(crate) fn moved<'a, const D: usize>(
         let sum = move |load: f64| points.iter().map(|(x, w)| w * motion(x, load)).sum();
         (1.0, Amplitude::Function(Arc::new(sum)))
     }
-}
-
-/// The unit vector along which a condition acts, at a point with the outward normal of the boundary there (zero where there
-/// is none).
-pub(crate) type Along<'a, const D: usize> = &'a dyn Fn(&Point<D>, &Point<D>) -> Result<Point<D>, BoundaryError>;
-
-/// Conditions along an axis.
-pub(super) fn along_axis<const D: usize>(
-    component: usize,
-) -> impl Fn(&Point<D>, &Point<D>) -> Result<Point<D>, BoundaryError> {
-    move |_, _| Ok(Point::from_fn(|i, _| f64::from(u8::from(i == component))))
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::boundary::{
-    BoundaryPiece, Claims, Constraints, PrescribedDirection, check_component, is_redundant, moved, rounding, scaled,
+    BoundaryPiece, Claims, Constraints, Prescription, check_component, is_redundant, moved, rounding, scaled,
 };
 use crate::cells::{BoundaryCells, Cells, TraceChoice};
 use crate::error::{BoundaryError, Error};
@@ -30,16 +30,16 @@ pub(crate) struct Placed<const D: usize> {
 }
 
 /// One direction of a condition at a place whose name was looked up.
-struct Single<'a, const D: usize> {
+pub(crate) struct Single<'a, const D: usize> {
     place: &'a Place<D>,
     direction: &'a Direction<D>,
-    value: &'a Value<D>,
+    pub(crate) value: &'a Value<D>,
     amplitude: &'a Amplitude,
     label: String,
 }
 
 /// The directions of a condition, one by one.
-fn singles<'a, const D: usize>(
+pub(crate) fn singles<'a, const D: usize>(
     condition: &'a Condition<D>,
     place: &'a Place<D>,
 ) -> impl Iterator<Item = Single<'a, D>> {
@@ -50,12 +50,28 @@ fn singles<'a, const D: usize>(
 }
 
 impl<const D: usize> Single<'_, D> {
-    /// The unit vector that it acts along.
+    /// Load factors at which its value has break points that its amplitude does not tell.
+    pub(crate) fn break_points(&self) -> Vec<f64> {
+        if let Value::Motion(_) = self.value { self.amplitude.break_points() } else { Vec::new() }
+    }
+}
+
+impl<const D: usize> Prescription<D> for Single<'_, D> {
+    fn label(&self) -> &str {
+        &self.label
+    }
+
+    fn axis(&self) -> Option<usize> {
+        match *self.direction {
+            Direction::Component(component) => Some(component),
+            _ => None,
+        }
+    }
+
     fn along(&self, x: &Point<D>, normal: &Point<D>) -> Result<Point<D>, BoundaryError> {
         self.direction.unit(&self.label, x, normal)
     }
 
-    /// What it prescribes over weighed points.
     fn value(&self, points: Vec<(Point<D>, f64)>) -> (f64, Amplitude) {
         match self.value {
             Value::Motion(motion) => {
@@ -63,14 +79,6 @@ impl<const D: usize> Single<'_, D> {
                 moved(&(Arc::new(move |x: &Point<D>, load: f64| motion(x, amplitude.evaluate(load).0)) as _))(points)
             }
             value => scaled(&|x: &Point<D>| value.at(x, 1.0), self.amplitude)(points),
-        }
-    }
-
-    /// The component that it prescribes, where it is one.
-    fn axis(&self) -> Option<usize> {
-        match *self.direction {
-            Direction::Component(component) => Some(component),
-            _ => None,
         }
     }
 }
@@ -179,47 +187,27 @@ fn lies_on_part<const D: usize>(
             continue;
         }
         for other in singles(condition, place) {
-            let normal = normal_at(cells, part, particle, other.direction)?;
-            prescriptions.push(prescription_of(&other, at, &normal)?);
+            let normals = normals(cells, part, &[particle], other.direction)?;
+            prescriptions.push(other.at(at, &normals.first().copied().unwrap_or_else(Point::zeros))?);
         }
     }
-    let requested = prescription_of(single, at, &Point::zeros())?;
+    let requested = single.at(at, &Point::zeros())?;
     Ok(is_redundant(&prescriptions, &requested, at, rounding(cells.positions()))?)
 }
 
-/// The outward normal of a part at one of its particles, where a direction asks for it.
-fn normal_at<const D: usize>(
+/// The outward normals of a part at some of its particles, where a direction asks for them.
+fn normals<const D: usize>(
     cells: &dyn Cells<D>,
     part: &Part,
-    particle: usize,
+    particles: &[usize],
     direction: &Direction<D>,
-) -> Result<Point<D>, Error> {
+) -> Result<Vec<Point<D>>, Error> {
     if !matches!(direction, Direction::Normal) {
-        return Ok(Point::zeros());
+        return Ok(Vec::new());
     }
     let normals = cells.boundary(part, 1, 2)?.normals_at_particles();
-    Ok(normals.get(&(particle as u32)).copied().unwrap_or_else(Point::zeros))
-}
-
-/// What a condition prescribes at a point.
-fn prescription_of<const D: usize>(
-    single: &Single<'_, D>,
-    at: &Point<D>,
-    normal: &Point<D>,
-) -> Result<PrescribedDirection, BoundaryError> {
-    let (target, amplitude) = value_at(single, at);
-    Ok(PrescribedDirection::new(single.direction.unit(&single.label, at, normal)?, &single.label, target, amplitude, 0))
-}
-
-/// What a condition prescribes at a point: a value and its amplitude.
-fn value_at<const D: usize>(single: &Single<'_, D>, at: &Point<D>) -> (f64, Amplitude) {
-    match single.value {
-        Value::Motion(motion) => {
-            let (motion, amplitude, at) = (motion.clone(), single.amplitude.clone(), *at);
-            (1.0, Amplitude::Function(Arc::new(move |load| motion(&at, amplitude.evaluate(load).0))))
-        }
-        value => (value.at(at, 1.0), single.amplitude.clone()),
-    }
+    let normal = |particle: &usize| normals.get(&(*particle as u32)).copied().unwrap_or_else(Point::zeros);
+    Ok(particles.iter().map(normal).collect())
 }
 
 /// Refuses values that take a point of a body of revolution to its axis or beyond, where its hoops would be inverted.
@@ -234,7 +222,7 @@ fn stays_off_axis<const D: usize>(
     }
     for &node in nodes {
         let at = &cells.positions()[node];
-        let (target, amplitude) = value_at(single, at);
+        let (target, amplitude) = single.value(vec![(*at, 1.0)]);
         for load in [1.0, 0.75, 0.5, 0.25].into_iter().chain(single.amplitude.break_points()) {
             let radius = at[0] + target * amplitude.evaluate(load).0;
             // Points on the axis stay there: moved off it, they would be circles that were points.
@@ -279,14 +267,9 @@ impl<const D: usize> Conditioned<'_, D> {
         if single.place.within.is_some() && pieces.iter().all(|piece| piece.traces.is_empty()) {
             return Err(empty(self.cells, part, &single.label)?.into());
         }
-        let shared = |(number, piece): (usize, BoundaryCells<D>)| match last.get(number) {
-            Some(same) if **same == piece => same.clone(),
-            _ => Arc::new(piece),
-        };
-        let pieces: Vec<Arc<BoundaryCells<D>>> = pieces.into_iter().enumerate().map(shared).collect();
-        let (along, value) = (|x: &_, n: &_| single.along(x, n), |points| single.value(points));
+        let pieces = shared(pieces, last);
         let own = (&pieces[..], self.cells.rebuilds_traces());
-        let numbers = claims.add(self.approximation.nodes(), own, &along, &value, &single.label)?;
+        let numbers = claims.add(self.approximation.nodes(), own, &single)?;
         last.clone_from(&pieces);
         Ok(Request { single, over: Some((pieces, numbers)) })
     }
@@ -316,22 +299,14 @@ impl<const D: usize> Conditioned<'_, D> {
         last: &mut Vec<BoundaryPiece<D>>,
     ) -> Result<(), Error> {
         let single = &request.single;
-        if let Value::Motion(_) = single.value {
-            equations.add_break_points(single.amplitude.break_points());
-        }
+        equations.add_break_points(single.break_points());
         let Some((pieces, numbers)) = &request.over else { return self.collocate(equations, single) };
-        let (along, value) = (|x: &_, n: &_| single.along(x, n), |points| single.value(points));
         let yielded = &yielded[numbers.clone()];
         let all: HashSet<u32> = yielded.iter().flatten().copied().collect();
         let rebuilt;
         let pieces = match (&single.place.spot, self.facets) {
             (Spot::Part(part), Some(facets)) if !all.is_empty() => {
-                let made = self.pieces(single, part, facets, Some(&all))?;
-                let same = |(number, piece): (usize, BoundaryCells<D>)| match pieces.get(number) {
-                    Some(same) if **same == piece => same.clone(),
-                    _ => Arc::new(piece),
-                };
-                rebuilt = made.into_iter().enumerate().map(same).collect();
+                rebuilt = shared(self.pieces(single, part, facets, Some(&all))?, pieces);
                 &rebuilt
             }
             _ => pieces,
@@ -342,10 +317,8 @@ impl<const D: usize> Conditioned<'_, D> {
                 last.truncate(number);
                 last.push(BoundaryPiece::new(cells.clone()));
             }
-            let (along, value): (_, crate::boundary::Value<'_, D>) = ((single.axis(), &along as _), &value);
             let others = Some(yielded.get(number).unwrap_or(&none));
-            let (kinematics, label) = (&*self.scene.kinematics, single.label.as_str());
-            equations.integrate(self.approximation, &mut last[number], kinematics, along, (value, label), others)?;
+            equations.integrate(self.approximation, &mut last[number], &*self.scene.kinematics, single, others)?;
         }
         Ok(())
     }
@@ -365,16 +338,24 @@ impl<const D: usize> Conditioned<'_, D> {
             return Err(empty(cells, part, &single.label)?.into());
         }
         stays_off_axis(self.scene, single, cells, &nodes)?;
-        let normals = match (single.direction, &place.spot) {
-            (Direction::Normal, Spot::Part(part)) => {
-                let of = cells.boundary(part, 1, 2)?.normals_at_particles();
-                nodes.iter().map(|&node| of.get(&(node as u32)).copied().unwrap_or_else(Point::zeros)).collect()
-            }
+        let normals = match &place.spot {
+            Spot::Part(part) => normals(cells, part, &nodes, single.direction)?,
             _ => Vec::new(),
         };
-        let (along, value) = (|x: &_, n: &_| single.along(x, n), |points| single.value(points));
-        equations.collocate(self.approximation, &nodes, &normals, &along, &value, &single.label)
+        equations.collocate(self.approximation, &nodes, &normals, single)
     }
+}
+
+/// Pieces, those of them that are the same as known ones shared with these.
+fn shared<const D: usize>(
+    pieces: Vec<BoundaryCells<D>>,
+    known: &[Arc<BoundaryCells<D>>],
+) -> Vec<Arc<BoundaryCells<D>>> {
+    let shared = |(number, piece): (usize, BoundaryCells<D>)| match known.get(number) {
+        Some(same) if **same == piece => same.clone(),
+        _ => Arc::new(piece),
+    };
+    pieces.into_iter().enumerate().map(shared).collect()
 }
 
 /// The error of a part of a part that holds nothing.

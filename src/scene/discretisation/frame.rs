@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use nalgebra::SMatrix;
 
-use crate::boundary::{ConstraintEquation, Constraints};
+use crate::boundary::{ConstraintEquation, Constraints, Prescription};
 use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::Point;
 use crate::mesh::Mesh;
 use crate::term::Amplitude;
 
-use crate::scene::definition::condition::{Condition, Direction};
-use crate::scene::definition::value::Value;
+use super::conditions::singles;
+use crate::scene::definition::condition::Condition;
 
 /// A rigid body of a problem: an affine frame of $D + 1$ nodes that keeps its shape.
 #[derive(Debug, Clone)]
@@ -101,6 +101,15 @@ impl<const D: usize> Frame<D> {
         SMatrix::from_fn(|i, j| (d(j + 1, i) - d(0, i)) / self.size)
     }
 
+    /// $\partial F_{mJ}/\partial d_{km}$: how a node of the frame changes $F$ along an axis.
+    pub(crate) fn slope(&self, node: usize, axis: usize) -> f64 {
+        match node {
+            0 => -1.0 / self.size,
+            _ if node == axis + 1 => 1.0 / self.size,
+            _ => 0.0,
+        }
+    }
+
     pub(crate) fn displacement(&self, at: &Point<D>, displacement: &[f64]) -> Point<D> {
         let values = self.values(at);
         Point::from_fn(|i, _| (0..=D).map(|k| values[k] * displacement[(self.first + k) * D + i]).sum())
@@ -138,29 +147,21 @@ impl<const D: usize> Frame<D> {
             None if revolved => vec![self.centre],
             None => self.positions().collect(),
         };
-        for (direction, value) in &condition.prescribed {
-            let label = condition.label(direction);
-            if let (true, Direction::Component(0)) = (revolved, direction) {
-                let radius = value.at(&self.centre, 1.0);
-                if radius != 0.0 {
+        for single in singles(condition, &condition.place) {
+            if revolved && single.axis() == Some(0) {
+                if single.value.at(&self.centre, 1.0) != 0.0 {
                     let remedy = "prescribe no radial displacement but zero: a rigid ring keeps its radius";
-                    return Err(Incompatible::new(label, "an axisymmetric rigid body", remedy).into());
+                    return Err(
+                        Incompatible::new(single.label().to_string(), "an axisymmetric rigid body", remedy).into()
+                    );
                 }
                 continue;
             }
-            if let Value::Motion(_) = value {
-                equations.add_break_points(condition.amplitude.break_points());
-            }
+            equations.add_break_points(single.break_points());
             for x in &at {
-                let unit = direction.unit(&label, x, &Point::zeros())?;
-                let (target, amplitude) = match value {
-                    Value::Motion(motion) => {
-                        let (motion, amplitude, x) = (motion.clone(), condition.amplitude.clone(), *x);
-                        let value = move |load: f64| motion(&x, amplitude.evaluate(load).0);
-                        (1.0, Amplitude::Function(Arc::new(value)))
-                    }
-                    value => (value.at(x, 1.0), condition.amplitude.clone()),
-                };
+                let unit = single.along(x, &Point::zeros())?;
+                let (target, amplitude) = single.value(vec![(*x, 1.0)]);
+                let label = single.label().to_string();
                 let values = self.values(x);
                 let mut entries: Vec<(usize, f64)> = Vec::with_capacity((D + 1) * D);
                 for k in 0..=D {
@@ -173,7 +174,7 @@ impl<const D: usize> Frame<D> {
                 }
                 let largest = entries.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
                 let dependent = largest.map_or(self.first * D, |entry| entry.0);
-                equations.push(ConstraintEquation { entries, dependent, target, amplitude, label: label.clone() })?;
+                equations.push(ConstraintEquation { entries, dependent, target, amplitude, label })?;
             }
         }
         Ok(())

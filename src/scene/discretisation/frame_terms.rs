@@ -107,12 +107,7 @@ impl<const D: usize> Rigidity<D> {
     /// Slopes of a strain over the unknowns of the frame.
     fn slopes(&self, h: &SMatrix<f64, D, D>) -> Vec<Vec<f64>> {
         let f = SMatrix::<f64, D, D>::identity() + h;
-        // ∂F_mJ/∂d_km: 1/size for k = J + 1, −1/size for k = 0.
-        let along = |k: usize, axis: usize| match k {
-            0 => -1.0 / self.frame.size,
-            k if k == axis + 1 => 1.0 / self.frame.size,
-            _ => 0.0,
-        };
+        let along = |k: usize, axis: usize| self.frame.slope(k, axis);
         let slope = |(i, j): (usize, usize), k: usize, m: usize| {
             let both = along(k, i) * f[(m, j)] + along(k, j) * f[(m, i)];
             if i == j { 0.5 * both } else { both }
@@ -190,14 +185,8 @@ impl<const D: usize> Term for Rigidity<D> {
             let others = [(j + 1, 1.0), (0, -1.0)];
             for (a, x) in ends {
                 for (b, y) in others {
-                    for m in 0..D {
-                        let value = if i == j { pi * x * y } else { 0.5 * 2.0 * pi * x * y };
-                        if i == j {
-                            out.matrix[(b * D + m) * size + a * D + m] += value;
-                        } else {
-                            out.matrix[(b * D + m) * size + a * D + m] += value;
-                            out.matrix[(a * D + m) * size + b * D + m] += value;
-                        }
+                    for (a, b) in if i == j { vec![(a, b)] } else { vec![(a, b), (b, a)] } {
+                        (0..D).for_each(|m| out.matrix[(b * D + m) * size + a * D + m] += pi * x * y);
                     }
                 }
             }
@@ -230,14 +219,6 @@ impl<const D: usize> Turning<D> {
         let [x, y, z] = self.moment;
         let all = Matrix3::new(0.0, z, -y, -z, 0.0, x, y, -x, 0.0) * 0.5;
         SMatrix::from_fn(|i, j| all[(i, j)])
-    }
-
-    fn slope(&self, k: usize, axis: usize) -> f64 {
-        match k {
-            0 => -1.0 / self.frame.size,
-            k if k == axis + 1 => 1.0 / self.frame.size,
-            _ => 0.0,
-        }
     }
 }
 
@@ -274,7 +255,7 @@ impl<const D: usize> Term for Turning<D> {
         let size = (D + 1) * D;
         for k in 0..=D {
             for i in 0..D {
-                let force: f64 = (0..D).map(|axis| stress[(i, axis)] * self.slope(k, axis)).sum();
+                let force: f64 = (0..D).map(|axis| stress[(i, axis)] * self.frame.slope(k, axis)).sum();
                 out.residual[k * D + i] += factor * force;
                 out.load_slope[k * D + i] += change * force;
             }
@@ -284,7 +265,7 @@ impl<const D: usize> Term for Turning<D> {
         }
         for k in 0..=D {
             for l in 0..=D {
-                let both: f64 = (0..D).map(|axis| self.slope(k, axis) * self.slope(l, axis)).sum();
+                let both: f64 = (0..D).map(|axis| self.frame.slope(k, axis) * self.frame.slope(l, axis)).sum();
                 for i in 0..D {
                     for j in 0..D {
                         out.matrix[(l * D + j) * size + k * D + i] += factor * turning[(i, j)] * both;
