@@ -5,6 +5,8 @@ mod bounds;
 mod morton;
 mod outline;
 mod region;
+#[cfg(feature = "solve")]
+mod rigid_mode;
 
 pub(crate) use bounds::Bounds;
 #[cfg(feature = "solve")]
@@ -12,6 +14,8 @@ pub(crate) use morton::Morton;
 pub(crate) use outline::Curve;
 pub use outline::{Outline, Turn};
 pub use region::Region;
+#[cfg(feature = "solve")]
+pub(crate) use rigid_mode::RigidMode;
 
 use std::fmt;
 use std::sync::Arc;

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::assembly::Model;
 use crate::compiled::compiled;
 use crate::error::Error;
-use crate::geometry::Point;
+use crate::geometry::{Point, RigidMode};
 use crate::quadrature::Points;
 use crate::scene::{Scene, Scheme};
 use crate::table::ShapeTable;
@@ -120,22 +120,8 @@ fn portions<const D: usize>(points: &Points<D>) -> Vec<Points<D>> {
 fn rigid_motions<const D: usize>(positions: &[Point<D>], tangent: &DMatrix<f64>) -> DMatrix<f64> {
     let unknowns = tangent.nrows();
     let centre = positions.iter().sum::<Point<D>>() / positions.len() as f64;
-    let mut motions = Vec::new();
-    for i in 0..D {
-        motions.push(DMatrix::from_fn(unknowns, 1, |k, _| f64::from(u8::from(k % D == i))));
-        for j in 0..i {
-            motions.push(DMatrix::from_fn(unknowns, 1, |k, _| {
-                let x = positions[k / D] - centre;
-                if k % D == i {
-                    x[j]
-                } else if k % D == j {
-                    -x[i]
-                } else {
-                    0.0
-                }
-            }));
-        }
-    }
+    let motion = |mode: RigidMode| DMatrix::from_fn(unknowns, 1, |k, _| mode.at(&(positions[k / D] - centre))[k % D]);
+    let mut motions: Vec<DMatrix<f64>> = RigidMode::all(D).into_iter().map(motion).collect();
     let stiffness = tangent.diagonal().max();
     motions.retain(|m| (tangent * m).dot(m) <= RIGID * stiffness * m.norm_squared());
     DMatrix::from_fn(unknowns, motions.len(), |row, column| motions[column][row] / motions[column].norm())

@@ -9,7 +9,7 @@ use crate::contact::{
     ArtificialSpring, ContactError, ContactLaw, ContactSurface, PairContact, RigidBodyDof, RigidContact, Stiffness,
 };
 use crate::error::{Error, Incompatible};
-use crate::geometry::Point;
+use crate::geometry::{Point, RigidMode};
 use crate::material::Material;
 use crate::shape::FiniteElements;
 use crate::table::ShapeTable;
@@ -290,46 +290,23 @@ fn artificial_spring<const D: usize>(positions: &[Point<D>], volume: f64, shear:
     }
 }
 
-/// A rigid motion: a component at a point.
-type Motion<const D: usize> = Box<dyn Fn(&Point<D>, usize) -> f64>;
-
 /// Whether rows hold all rigid motions of a body.
 pub(crate) fn holds<const D: usize>(equations: &Constraints, positions: &[Point<D>], revolved: bool) -> bool {
     let extent = positions.iter().fold(0.0f64, |e, x| e.max((x - positions[0]).norm())).max(f64::MIN_POSITIVE);
     let centre = positions.iter().fold(Point::<D>::zeros(), |c, x| c + x) / positions.len().max(1) as f64;
-    // Translations and turns at the nodes; bodies of revolution move along their axis alone.
-    let mut motions: Vec<Motion<D>> = Vec::new();
-    for axis in 0..D {
-        if !revolved || axis > 0 {
-            motions.push(Box::new(move |_, i| f64::from(u8::from(i == axis))));
-        }
-    }
-    for a in 0..D {
-        for b in a + 1..D {
-            if !revolved {
-                motions.push(Box::new(move |x, i| {
-                    let y = (x - centre) / extent;
-                    if i == a {
-                        -y[b]
-                    } else if i == b {
-                        y[a]
-                    } else {
-                        0.0
-                    }
-                }));
-            }
-        }
-    }
+    let mut motions = RigidMode::all(D);
+    // Bodies of revolution move along their axis alone.
+    motions.retain(|mode| !revolved || mode.axis > 0 && mode.lower.is_none());
     if motions.is_empty() {
         return true;
     }
     let mut gram = nalgebra::DMatrix::<f64>::zeros(motions.len(), motions.len());
     for equation in equations.equations() {
-        let measure: f64 = equation.entries.iter().map(|e| e.1.abs()).sum();
-        let found: Vec<f64> = motions
-            .iter()
-            .map(|m| equation.entries.iter().map(|&(k, c)| c * m(&positions[k / D], k % D)).sum::<f64>() / measure)
-            .collect();
+        let seen = |mode: &RigidMode| {
+            let at = |k: usize| mode.at(&((positions[k / D] - centre) / extent))[k % D];
+            equation.entries.iter().map(|&(k, c)| c * at(k)).sum::<f64>() / equation.measure()
+        };
+        let found: Vec<f64> = motions.iter().map(seen).collect();
         for (a, x) in found.iter().enumerate() {
             for (b, y) in found.iter().enumerate() {
                 gram[(a, b)] += x * y;

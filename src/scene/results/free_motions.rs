@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use crate::assembly::{Model, StateRef};
 use crate::boundary::Disjoint;
 use crate::contact::Trace;
-use crate::geometry::Point;
+use crate::geometry::{Point, RigidMode};
 use crate::scene::Problem;
 use crate::scene::discretisation::discrete_body::DiscreteBody;
 
@@ -60,7 +60,7 @@ pub(crate) fn free_motions<const D: usize>(problem: &Problem<D>, friction: bool)
     if !resistance.iter().all(|r| r.is_finite()) {
         return Vec::new();
     }
-    let (m, groups) = (motions.kinds.len(), motions.groups.len());
+    let (m, groups) = (motions.modes.len(), motions.groups.len());
     let mut free = Vec::new();
     let alone = |group: usize| resistance.view((group * m, group * m), (m, m)).into_owned();
     if groups > 1 {
@@ -82,8 +82,7 @@ pub(crate) fn free_motions<const D: usize>(problem: &Problem<D>, friction: bool)
 
 /// The rigid motions of each group of nodes: the connected pieces of bodies, and the frames of rigid bodies together.
 struct Motions<const D: usize> {
-    /// A translation, or a rotation in the plane of two axes.
-    kinds: Vec<(usize, Option<usize>)>,
+    modes: Vec<RigidMode>,
     groups: Vec<Vec<usize>>,
     /// The names of the pieces, which are the first groups.
     names: Vec<String>,
@@ -112,32 +111,17 @@ impl<const D: usize> Motions<D> {
         let nodes = || groups.iter().flatten().map(|&node| &positions[node]);
         let centre = nodes().sum::<Point<D>>() / nodes().count() as f64;
         let size = nodes().map(|x| (x - centre).norm()).fold(0.0, f64::max);
-        let mut kinds: Vec<(usize, Option<usize>)> = Vec::with_capacity(D * (D + 1) / 2);
-        for i in 0..D {
-            kinds.push((i, None));
-        }
-        for i in 0..D {
-            for j in 0..i {
-                kinds.push((i, Some(j)));
-            }
-        }
-        Motions { kinds, groups, names, centre, size }
+        Motions { modes: RigidMode::all(D), groups, names, centre, size }
     }
 
     /// A motion at a place, of the size 1 over the body.
-    fn at(&self, kind: usize, x: &Point<D>) -> Point<D> {
-        let away = (x - self.centre) / self.size;
-        Point::from_fn(|k, _| match self.kinds[kind] {
-            (i, None) => f64::from(u8::from(k == i)),
-            (i, Some(j)) if k == i => away[j],
-            (i, Some(j)) if k == j => -away[i],
-            _ => 0.0,
-        })
+    fn at(&self, mode: usize, x: &Point<D>) -> Point<D> {
+        self.modes[mode].at(&((x - self.centre) / self.size))
     }
 
     /// What energy, rows and contact see of all motions of all groups, as squares: relative to stiffness and size.
     fn resistance(&self, problem: &Problem<D>, friction: bool) -> DMatrix<f64> {
-        let (positions, m) = (problem.positions(), self.kinds.len());
+        let (positions, m) = (problem.positions(), self.modes.len());
         let count = self.groups.len() * m;
         // Shape functions reproduce linear fields: their values at the particles are the coefficients.
         let motion = |number: usize| -> Vec<f64> {
@@ -155,7 +139,7 @@ impl<const D: usize> Motions<D> {
             }
         };
         for row in problem.equations().equations() {
-            let scale: f64 = row.entries.iter().map(|e| e.1.abs()).sum();
+            let scale = row.measure();
             let of = |r: &Vec<f64>| row.entries.iter().map(|&(k, c)| c * r[k]).sum::<f64>() / scale;
             see(&motions.iter().map(of).collect::<Vec<f64>>());
         }
@@ -183,7 +167,9 @@ impl<const D: usize> Motions<D> {
         let part = |k: usize| parts[k] / largest;
         FreeMotion {
             translation: (0..D).map(part).collect(),
-            rotations: (D..parts.len()).map(|k| (self.kinds[k].0, self.kinds[k].1.unwrap_or(0), part(k))).collect(),
+            rotations: (D..parts.len())
+                .map(|k| (self.modes[k].axis, self.modes[k].lower.unwrap_or(0), part(k)))
+                .collect(),
             centre: self.centre.as_slice().to_vec(),
             body,
         }
