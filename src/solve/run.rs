@@ -7,12 +7,10 @@ use crate::error::{Error, Incompatible, Invalid, SolveError};
 use super::analysis::Analysis;
 use super::continuation::Continuation;
 use super::functional::Functional;
-use super::load_control::LoadSteps;
 use super::path::{EquilibriumPath, Observer};
-use super::path_control::PathSteps;
 use super::state::State;
 use super::step_loop::Outcome;
-use super::target_control::TargetSteps;
+use super::step_rule::{Lead, StepRule};
 
 impl Analysis {
     /// Follows the load factor from 0 to 1, starting at rest.
@@ -75,12 +73,12 @@ impl Analysis {
         run.check_recorded()?;
         let mut control = match run.driver() {
             Some((driver, first)) => Outcome::Instead(driver, first),
-            None => run.follow(&mut LoadSteps::new(&run)),
+            None => run.follow(&mut StepRule::new(&run, Lead::Load, self.stepping.first)),
         };
         while let Outcome::Instead(driver, first) = control {
             control = match run.arc_taken_over(&driver) {
                 Some((arc, length)) => Outcome::Instead(arc, length),
-                None => run.follow(&mut PathSteps::new(&run, &driver, first)),
+                None => run.follow(&mut StepRule::new(&run, Lead::Driver(&driver), first)),
             };
         }
         Ok(run.path)
@@ -144,8 +142,9 @@ impl Analysis {
         let reached = run.control_state().map_or(0, |control_state| control_state.reached);
         run.controlled = true;
         for (index, &target) in targets.iter().enumerate().skip(reached) {
-            let mut steps = TargetSteps::new(&run, functional, index, target);
-            if !matches!(run.follow(&mut steps), Outcome::Done) {
+            let lead =
+                Lead::Target { functional, index, start: functional.value(&run.path.start.displacement), target };
+            if !matches!(run.follow(&mut StepRule::new(&run, lead, 1.0)), Outcome::Done) {
                 break;
             }
         }

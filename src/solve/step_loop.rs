@@ -4,48 +4,8 @@ use crate::error::{Cause, Driven};
 
 use super::continuation::Continuation;
 use super::driver::Driver;
-use super::path::StepControlState;
-use super::rejection::Rejection;
 use super::state::State;
-
-/// What is controlled: where the next step goes, and how long those behind it are.
-pub(super) trait StepRule {
-    /// Whether the last target is reached.
-    fn is_done(&self, run: &Continuation<'_, '_>) -> bool;
-
-    /// What is controlled, now and after the next step.
-    fn next(&mut self, run: &Continuation<'_, '_>) -> [f64; 2];
-
-    /// Tries the step from one value to another: iterations and the state behind it.
-    fn attempt(&mut self, run: &mut Continuation<'_, '_>, step: [f64; 2]) -> Result<(usize, State), Rejection>;
-
-    /// Chooses the next increment after a step that is taken.
-    fn accepted(
-        &mut self,
-        run: &Continuation<'_, '_>,
-        step: [f64; 2],
-        iterations: usize,
-        state: &State,
-    ) -> StepControlState;
-
-    /// Chooses the next increment after a rejected attempt, or says how the run goes on.
-    fn rejected(&mut self, run: &Continuation<'_, '_>, step: [f64; 2], rejection: Rejection) -> Retry;
-
-    /// Why the run ends with the last step.
-    fn ends_at(&self, _run: &Continuation<'_, '_>) -> Option<Cause> {
-        None
-    }
-}
-
-/// What follows a rejected attempt.
-pub(super) enum Retry {
-    /// Another attempt.
-    Again,
-    /// Control of another quantity, with its first increment.
-    Instead(Driver, f64),
-    /// The end of the run.
-    Stall(Rejection, Driven),
-}
+use super::step_rule::{Retry, StepRule};
 
 /// How a loop has ended.
 pub(super) enum Outcome {
@@ -59,7 +19,7 @@ pub(super) enum Outcome {
 
 impl Continuation<'_, '_> {
     /// Steps until the last target of a rule is reached.
-    pub(super) fn follow(&mut self, rule: &mut dyn StepRule) -> Outcome {
+    pub(super) fn follow(&mut self, rule: &mut StepRule<'_>) -> Outcome {
         while !rule.is_done(self) {
             let step = rule.next(self);
             if !self.steps_left() || !self.moves(step) {
