@@ -124,7 +124,7 @@ impl<const D: usize> Quantity<D> {
         let kind = Kind::Moment { place: place.clone(), about, component };
         let measure = move |problem: &Problem<D>, state: &State| {
             let moment = problem.moment(state, place.clone(), about)?;
-            if !problem.turns() || component > 2 || D == 2 && component < 2 {
+            if !problem.turns().contains(&component) {
                 let needed = "2 in the plane; 0, 1 or 2 in 3D; axisymmetric and radial bodies have no moments";
                 return Err(Invalid::new("component of a moment", component as f64, needed).into());
             }

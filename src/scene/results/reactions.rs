@@ -11,13 +11,25 @@ use crate::solve::{EquilibriumPath, State};
 use crate::scene::definition::place::Spot;
 use crate::scene::definition::scene::resolve;
 use crate::scene::discretisation::conditions::Placed;
-use crate::scene::{Place, Problem};
+use crate::scene::{DiscreteBody, Place, Problem};
 
 /// Sums of coefficients below this part of their sizes are none.
 const CANCELS: f64 = 1e-9;
 
-/// A constraint equation, its multiplier, and the nodes whose forces are summed.
-type Reacting<'a> = (&'a ConstraintEquation, f64, Range<usize>);
+/// A constraint equation by its number, and the nodes whose forces are summed.
+struct Reacting<'a> {
+    number: usize,
+    equation: &'a ConstraintEquation,
+    nodes: &'a Range<usize>,
+}
+
+impl Reacting<'_> {
+    /// Node, component and coefficient of the entries at these nodes.
+    fn entries<const D: usize>(&self) -> impl Iterator<Item = (usize, usize, f64)> {
+        let entries = self.equation.entries.iter().map(|&(k, c)| (k / D, k % D, c));
+        entries.filter(|(node, ..)| self.nodes.contains(node))
+    }
+}
 
 impl<const D: usize> Problem<D> {
     /// The force \[force\] on the body by the conditions at a place, or by the condition of a name:
@@ -32,10 +44,8 @@ impl<const D: usize> Problem<D> {
     /// Where no condition acts there, with the names and places of those that there are; for a state of another problem.
     pub fn reaction(&self, state: &State, place: impl Into<Place<D>>) -> Result<Point<D>, Error> {
         let mut force = Point::zeros();
-        for (equation, mu, nodes) in self.rows_at(state, &place.into())? {
-            for &(k, c) in equation.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
-                force[k % D] -= mu * c;
-            }
+        for row in self.rows_at(state, &place.into())? {
+            row.entries::<D>().for_each(|(_, component, c)| force[component] -= state.multipliers[row.number] * c);
         }
         Ok(force)
     }
@@ -51,33 +61,24 @@ impl<const D: usize> Problem<D> {
         if let Some(&value) = about.iter().find(|x| !x.is_finite()) {
             return Err(Invalid::new("point about which a moment is taken", value, "give finite coordinates").into());
         }
-        let rows = self.rows_at(state, &place.into())?;
-        for (equation, mu, nodes) in rows.into_iter().filter(|_| self.turns()) {
-            for &(k, c) in equation.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
-                // The coefficients X + d reproduce the current position exactly.
-                let (node, component, force) = (k / D, k % D, -mu * c);
-                let arm = |m: usize| self.model.coordinates(node)[m] + state.displacement[node * D + m] - about[m];
-                // r × f for a force along one axis.
-                let (next, last) = ((component + 1) % 3, (component + 2) % 3);
-                if last < D {
-                    moment[next] += arm(last) * force;
-                }
-                if next < D {
-                    moment[last] -= arm(next) * force;
-                }
+        let (place, mut levers) = (place.into(), vec![0.0; self.model.unknowns()]);
+        self.rows_at(state, &place)?;
+        for axis in self.turns() {
+            for (number, turn) in self.unit_turn(state, &place, about, axis, &mut levers)? {
+                moment[axis] -= state.multipliers[number] * turn;
             }
         }
         Ok(moment)
     }
 
-    /// Whether forces have moments.
-    pub(crate) fn turns(&self) -> bool {
-        D == 3
-            || D == 2
-                && self
-                    .discrete_bodies
-                    .iter()
-                    .all(|discrete_body| discrete_body.body.table().hoop_components().is_empty())
+    /// The axes about which forces have moments.
+    pub(crate) fn turns(&self) -> Range<usize> {
+        let plane = |body: &DiscreteBody<D>| body.body.table().hoop_components().is_empty();
+        match D {
+            3 => 0..3,
+            2 if self.discrete_bodies.iter().all(plane) => 2..3,
+            _ => 0..0,
+        }
     }
 
     /// Load factor, energy, and at all places with conditions the reaction, its moment about the origin and the mean
@@ -109,11 +110,7 @@ impl<const D: usize> Problem<D> {
                 places.push((title, named.unwrap_or_else(|| placed.place.clone())));
             }
         }
-        let axes = match (self.turns(), D) {
-            (false, _) => 0..0,
-            (true, 3) => 0..3,
-            (true, _) => 2..3,
-        };
+        let axes = self.turns();
         let frame_of = |title: &str| self.frames.iter().find(|frame| frame.name == title);
         let mut header: Vec<String> = ["step", "load", "energy"].map(String::from).to_vec();
         let mut moves = Vec::with_capacity(places.len());
@@ -158,11 +155,11 @@ impl<const D: usize> Problem<D> {
     /// parts cancel.
     fn mean_displacement(&self, state: &State, place: &Place<D>, component: usize) -> Option<f64> {
         let (mut total, mut sizes, mut sum) = (0.0, 0.0, 0.0);
-        for (equation, _, nodes) in self.rows_at(state, place).ok()? {
-            for &(k, c) in equation.entries.iter().filter(|e| e.0 % D == component && nodes.contains(&(e.0 / D))) {
+        for row in self.rows_at(state, place).ok()? {
+            for (node, _, c) in row.entries::<D>().filter(|entry| entry.1 == component) {
                 total += c;
                 sizes += c.abs();
-                sum += c * state.displacement[k];
+                sum += c * state.displacement[node * D + component];
             }
         }
         // Normals of a closed surface cancel.
@@ -264,27 +261,28 @@ impl<const D: usize> Problem<D> {
         self.placed.iter().filter(|placed| requested.takes_in(&placed.place)).collect()
     }
 
-    /// The rows of a name or at a place with their multipliers in a state of this problem.
-    fn rows_at<'a>(&'a self, state: &'a State, requested: &Place<D>) -> Result<Vec<Reacting<'a>>, Error> {
+    /// The rows of a name or at a place.
+    fn rows(&self, requested: &Place<D>) -> Vec<Reacting<'_>> {
+        let mut rows = Vec::new();
+        for Placed { equations, nodes, .. } in self.placed_at(requested) {
+            let known =
+                |number: usize| Some(Reacting { number, equation: self.equations.equations().get(number)?, nodes });
+            rows.extend(equations.clone().filter_map(known));
+        }
+        rows
+    }
+
+    /// The same for a state of this problem.
+    fn rows_at(&self, state: &State, requested: &Place<D>) -> Result<Vec<Reacting<'_>>, Error> {
         self.check_length(state)?;
-        let equations = self.equations.equations();
-        let (given, needed) = (state.multipliers.len(), equations.len());
+        let (given, needed) = (state.multipliers.len(), self.equations.len());
         if given != needed {
             return Err(SolveError::OtherModel { what: "multipliers", given, needed }.into());
         }
-        let placed = self.placed_at(requested);
-        if placed.is_empty() {
+        if self.placed_at(requested).is_empty() {
             return Err(self.unknown_condition(requested.to_string()).into());
         }
-        let mut rows = Vec::new();
-        for placed in placed {
-            for k in placed.equations.clone() {
-                if let Some(equation) = equations.get(k) {
-                    rows.push((equation, state.multipliers[k], placed.nodes.clone()));
-                }
-            }
-        }
-        Ok(rows)
+        Ok(self.rows(requested))
     }
 
     /// How the conditions of a name, or at a place, change their values where the place moves rigidly: by a unit of translation along each
@@ -303,7 +301,7 @@ impl<const D: usize> Problem<D> {
         let place = place.into();
         self.moment(state, place.clone(), about)?;
         let mut parts: Vec<_> = (0..D).map(|component| self.unit_motion(&place, component)).collect();
-        for axis in (0..3).filter(|&axis| self.turns() && (D == 3 || axis == 2)) {
+        for axis in self.turns() {
             parts.push(self.unit_turn(state, &place, about, axis, &mut vec![0.0; self.model.unknowns()])?);
         }
         let change = |parts: Vec<(usize, f64)>| {
@@ -317,20 +315,9 @@ impl<const D: usize> Problem<D> {
     /// The rows of the conditions of a name or at a place, each with the sum of its entries in a component over the nodes of the
     /// condition: what a unit displacement of the place prescribes.
     pub(crate) fn unit_motion(&self, place: &Place<D>, component: usize) -> Vec<(usize, f64)> {
-        let mut sums = Vec::new();
-        for placed in self.placed_at(place) {
-            for k in placed.equations.clone() {
-                let Some(equation) = self.equations.equations().get(k) else { continue };
-                let mut sum = 0.0;
-                for (at, c) in &equation.entries {
-                    if at % D == component && placed.nodes.contains(&(at / D)) {
-                        sum += c;
-                    }
-                }
-                sums.push((k, sum));
-            }
-        }
-        sums
+        let sum =
+            |row: &Reacting<'_>| row.entries::<D>().filter(|entry| entry.1 == component).map(|entry| entry.2).sum();
+        self.rows(place).iter().map(|row| (row.number, sum(row))).collect()
     }
 
     /// The same for a unit turn about the line through a point along an axis, from the current positions; adds what changes the moment
@@ -343,14 +330,11 @@ impl<const D: usize> Problem<D> {
         axis: usize,
         levers: &mut [f64],
     ) -> Result<Vec<(usize, f64)>, Error> {
-        let rows = self.rows_at(state, place)?;
-        let numbers = self.placed_at(place).into_iter().flat_map(|placed| placed.equations.clone());
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        let mut turns = Vec::with_capacity(rows.len());
-        for (number, (equation, mu, nodes)) in numbers.zip(rows) {
+        let mut turns = Vec::new();
+        for row in self.rows_at(state, place)? {
             let mut turn = 0.0;
-            for &(k, c) in equation.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
-                let (node, component) = (k / D, k % D);
+            for (node, component, c) in row.entries::<D>() {
                 // About axis i a turn moves along i + 2 by the arm along i + 1, and along i + 1 against that along i + 2.
                 let (along, sign) = match component {
                     _ if component == last => (next, 1.0),
@@ -359,21 +343,20 @@ impl<const D: usize> Problem<D> {
                 };
                 if along < D {
                     let at = node * D + along;
+                    // The coefficients X + d reproduce the current position exactly.
                     let arm = self.model.coordinates(node)[along] + state.displacement[at] - about[along];
                     turn += sign * c * arm;
-                    levers[at] -= sign * mu * c;
+                    levers[at] -= sign * state.multipliers[row.number] * c;
                 }
             }
-            turns.push((number, turn));
+            turns.push((row.number, turn));
         }
         Ok(turns)
     }
 
     /// Whether a condition of a name or at a place acts in a component.
     pub(crate) fn acts_in(&self, place: &Place<D>, component: usize) -> bool {
-        let mut numbers = self.placed_at(place).into_iter().flat_map(|placed| placed.equations.clone());
-        let acts = |equation: &ConstraintEquation| equation.entries.iter().any(|&(k, _)| k % D == component);
-        numbers.any(|k| self.equations.equations().get(k).is_some_and(acts))
+        self.rows(place).iter().any(|row| row.equation.entries.iter().any(|&(k, _)| k % D == component))
     }
 
     /// The error for a place without conditions, with those that have some.
