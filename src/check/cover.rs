@@ -1,5 +1,8 @@
 //! Where too few particles cover the body.
 
+use std::collections::{BTreeMap, HashMap};
+
+use crate::boundary::Disjoint;
 use crate::cells::Cells;
 use crate::error::{Error, GeometryError};
 use crate::geometry::{Bounds, Point};
@@ -75,35 +78,20 @@ struct Gap<const D: usize> {
 
 /// Cells that share corners, joined to regions.
 fn joined<const D: usize>(gaps: &[Gap<D>], particles: usize) -> Vec<UncoveredRegion> {
-    let mut holders: Vec<Vec<usize>> = vec![Vec::new(); particles];
-    for (number, gap) in gaps.iter().enumerate() {
-        gap.corners.iter().for_each(|&corner| holders[corner].push(number));
-    }
-    let mut seen = vec![false; gaps.len()];
-    let mut regions = Vec::new();
-    for first in 0..gaps.len() {
-        if std::mem::replace(&mut seen[first], true) {
-            continue;
+    let mut sets = Disjoint::new(particles);
+    for gap in gaps {
+        for pair in gap.corners.windows(2) {
+            sets.join(pair[0], pair[1]);
         }
-        let (mut region, mut open) = (Vec::new(), vec![first]);
-        let mut bounds = Bounds::none();
-        while let Some(gap) = open.pop() {
-            let Gap { cell, corners, lost } = &gaps[gap];
-            region.push(*cell);
-            bounds = bounds.join(&Bounds::of(lost));
-            for &corner in corners {
-                for &other in &holders[corner] {
-                    if !std::mem::replace(&mut seen[other], true) {
-                        open.push(other);
-                    }
-                }
-            }
-        }
-        region.sort_unstable();
-        regions.push(UncoveredRegion {
-            cells: region,
-            bounds: [bounds.low, bounds.high].map(|end| end.as_slice().to_vec()),
-        });
     }
-    regions
+    let mut regions: BTreeMap<usize, (Vec<usize>, Bounds<D>)> = BTreeMap::new();
+    let mut first = HashMap::new();
+    for (number, Gap { cell, corners, lost }) in gaps.iter().enumerate() {
+        let number = corners.first().map_or(number, |&corner| *first.entry(sets.leader(corner)).or_insert(number));
+        let (cells, bounds) = regions.entry(number).or_insert_with(|| (Vec::new(), Bounds::none()));
+        cells.push(*cell);
+        *bounds = bounds.join(&Bounds::of(lost));
+    }
+    let ends = |Bounds { low, high }: Bounds<D>| [low, high].map(|end| end.as_slice().to_vec());
+    regions.into_values().map(|(cells, bounds)| UncoveredRegion { cells, bounds: ends(bounds) }).collect()
 }

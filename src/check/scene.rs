@@ -64,19 +64,12 @@ impl Diagnosis {
 
     /// The same as laws, each with how far it is from being kept and where.
     pub fn report(&self) -> Report {
-        let count =
-            |law: &'static str, found: usize, at: String| Finding { law, violation: found as f64, tolerance: 0.0, at };
-        let list = |words: Vec<String>| words.join("; ");
-        let regions = self.uncovered.iter().map(|r| {
-            format!(
-                "{} cells between X = {:?} and {:?}: raise the dilation or add particles",
-                r.cells.len(),
-                r.bounds[0],
-                r.bounds[1]
-            )
-        });
+        let region = |r: &UncoveredRegion| {
+            let [low, high] = &r.bounds;
+            format!("{} cells between X = {low:?} and {high:?}: raise the dilation or add particles", r.cells.len())
+        };
         let mut report = Report::default();
-        report.findings.push(count("particles cover the body", self.uncovered.len(), list(regions.collect())));
+        report.findings.push(none("particles cover the body", self.uncovered.iter().map(region)));
         match &self.cover {
             Some(cover) if self.uncovered.is_empty() => report.findings.push(Finding {
                 law: "moment matrices are well conditioned",
@@ -91,35 +84,15 @@ impl Diagnosis {
             report.unchecked.push("conditions, motions and pressures: the body is not covered".into());
             return report;
         }
-        let words = |errors: Vec<String>| list(errors);
-        report.findings.push(count(
-            "conditions agree and select something",
-            self.refused.len(),
-            words(self.refused.iter().map(ToString::to_string).collect()),
-        ));
-        report.findings.push(count(
-            "conditions agree at common edges",
-            self.overruled.len(),
-            words(self.overruled.iter().map(ToString::to_string).collect()),
-        ));
-        report.findings.push(count(
-            "rows are independent",
-            self.dependent.len(),
-            words(self.dependent.iter().map(ToString::to_string).collect()),
-        ));
-        report.findings.push(count(
-            "settings have an effect",
-            self.without_effect.len(),
-            self.without_effect.join("; "),
-        ));
-        let held = "hold it by a condition, or by the friction of a contact";
-        let motions = self.free.iter().map(|m| format!("{m}: {held}"));
-        report.findings.push(count("no rigid motion is free", self.free.len(), list(motions.collect())));
-        report.findings.push(count(
-            "rigid surfaces stay outside of particles whose displacement is prescribed",
-            self.inside.len(),
-            list(self.inside.iter().map(ToString::to_string).collect()),
-        ));
+        let motion = |m: &FreeMotion| format!("{m}: hold it by a condition, or by the friction of a contact");
+        report.findings.extend([
+            none("conditions agree and select something", &self.refused),
+            none("conditions agree at common edges", &self.overruled),
+            none("rows are independent", &self.dependent),
+            none("settings have an effect", &self.without_effect),
+            none("no rigid motion is free", self.free.iter().map(motion)),
+            none("rigid surfaces stay outside of particles whose displacement is prescribed", &self.inside),
+        ]);
         if self.pressures == 0 {
             report.unchecked.push("pressures per displacement: the body has no pressures".into());
         } else {
@@ -139,6 +112,12 @@ impl Diagnosis {
         }
         report
     }
+}
+
+/// The finding of a law that is kept where nothing was found.
+fn none(law: &'static str, found: impl IntoIterator<Item = impl ToString>) -> Finding {
+    let found: Vec<String> = found.into_iter().map(|found| found.to_string()).collect();
+    Finding { law, violation: found.len() as f64, tolerance: 0.0, at: found.join("; ") }
 }
 
 /// The text of its [`report`](Diagnosis::report).
