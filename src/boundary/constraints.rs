@@ -172,10 +172,11 @@ impl Constraints {
     /// Writes $g\\,a(\lambda) - Gd$, one entry per constraint equation.
     pub fn violation(&self, displacement: &[f64], load: f64, violation: &mut Vec<f64>) {
         violation.clear();
-        violation.extend(self.equations.iter().map(|equation| {
-            let value: f64 = equation.entries.iter().map(|&(k, c)| c * displacement[k]).sum();
-            equation.target * equation.amplitude.evaluate(load).0 - value
-        }));
+        violation.extend(
+            self.equations
+                .iter()
+                .map(|equation| equation.target * equation.amplitude.evaluate(load).0 - equation.value(displacement)),
+        );
     }
 
     /// Writes $g\\,a'(\lambda)$, one entry per constraint equation.

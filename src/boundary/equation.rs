@@ -19,6 +19,11 @@ pub struct ConstraintEquation {
 }
 
 impl ConstraintEquation {
+    /// $\sum_k c_k d_k$.
+    pub(crate) fn value(&self, displacement: &[f64]) -> f64 {
+        self.entries.iter().map(|&(k, c)| c * displacement[k]).sum()
+    }
+
     /// $\sum_k |c_k|$, by which values of constraint equations over a boundary are divided to be lengths; about 1 at particles.
     pub(crate) fn measure(&self) -> f64 {
         self.entries.iter().map(|(_, c)| c.abs()).sum()

@@ -295,6 +295,18 @@ impl<const D: usize> Lattice<D> {
         if inside { ravel(&index, &self.counts) } else { self.positions.len() }
     }
 
+    /// The indices of all nodes, the first one fastest.
+    pub(crate) fn indices(&self) -> impl Iterator<Item = [usize; D]> {
+        let counts = self.counts;
+        (0..counts.iter().product()).map(move |mut rest: usize| {
+            counts.map(|count| {
+                let index = rest % count;
+                rest /= count;
+                index
+            })
+        })
+    }
+
     /// Whether its lines run along the axes, so that no two of its faces look at each other from outside.
     pub(crate) fn runs_along_axes(&self) -> bool {
         self.lines.is_empty()

@@ -32,7 +32,7 @@ impl<'a, const D: usize> Assembled<'a, D> {
     pub(crate) fn new(scene: &'a Scene<D>, scheme: &Scheme) -> Result<Self, Error> {
         let refinable = |body: &BodyOf<D>| match &body.source {
             Source::Mesh(mesh) => Ok(Refinable::Mesh(vec![mesh.clone()])),
-            source => Ok(Refinable::Sides(Sides::of_body(source, &own_scheme(body, scheme))?)),
+            source => Ok(Refinable::Sides(Sides::of_body(source, &body.scheme_under(scheme))?)),
         };
         let bodies = scene.bodies.iter().map(refinable).collect::<Result<Vec<_>, Error>>()?;
         let halves = bodies.iter().any(|body| matches!(body, Refinable::Mesh(_)));
@@ -86,11 +86,6 @@ impl<'a, const D: usize> Assembled<'a, D> {
         };
         self.bodies.iter().map(count).sum()
     }
-}
-
-/// The scheme of a body.
-fn own_scheme<const D: usize>(body: &BodyOf<D>, scheme: &Scheme) -> Scheme {
-    body.scheme.as_ref().map_or_else(|| scheme.clone(), |own| own(scheme.clone()))
 }
 
 impl<const D: usize> Strategy<D> for Assembled<'_, D> {

@@ -32,6 +32,13 @@ pub(crate) struct BodyOf<const D: usize> {
     pub scheme: Option<Own>,
 }
 
+impl<const D: usize> BodyOf<D> {
+    /// The scheme of the body under that of the scene.
+    pub(crate) fn scheme_under(&self, scheme: &Scheme) -> Scheme {
+        self.scheme.as_ref().map_or_else(|| scheme.clone(), |own| own(scheme.clone()))
+    }
+}
+
 /// The scheme of each body with its particles and the cells between them.
 pub(crate) type BodyCells<const D: usize> = Vec<(Scheme, Arc<dyn Cells<D>>)>;
 

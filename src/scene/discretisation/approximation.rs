@@ -64,12 +64,7 @@ fn narrow<const D: usize>(lattice: &Lattice<D>) -> Vec<f64> {
     const OUTER: f64 = 1.2;
     let counts = lattice.counts();
     let mut dilations = vec![INNER; lattice.positions().len()];
-    for node in 0..dilations.len() {
-        let mut index = [0; D];
-        let mut rest = node;
-        for i in 0..D {
-            (index[i], rest) = (rest % counts[i], rest / counts[i]);
-        }
+    for index in lattice.indices() {
         if (0..D).any(|i| index[i] == 2 || counts[i] - 1 - index[i] == 2) {
             dilations[lattice.node(index)] = OUTER;
         }

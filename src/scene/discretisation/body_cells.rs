@@ -26,8 +26,7 @@ impl<const D: usize> Scene<D> {
 
 /// The particles of each body under its own scheme and the cells between them.
 pub(crate) fn all_cells<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<BodyCells<D>, Error> {
-    let own = |body: &BodyOf<D>| body.scheme.as_ref().map_or_else(|| scheme.clone(), |own| own(scheme.clone()));
-    let schemes: Vec<Scheme> = scene.bodies.iter().map(own).collect();
+    let schemes: Vec<Scheme> = scene.bodies.iter().map(|body| body.scheme_under(scheme)).collect();
     unused::refuse(scene, scheme, &schemes)?;
     let bodies = scene.bodies.iter().zip(schemes);
     let all = bodies.map(|(body, scheme)| cells_of(scene, body, scheme)).collect::<Result<BodyCells<D>, Error>>()?;

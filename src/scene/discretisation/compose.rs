@@ -72,7 +72,7 @@ impl<const D: usize> Problem<D> {
             body,
             cells: Arc::new(cells),
             approximation: Box::new(approximation),
-            facets: Some(Facets::OfCells(FacetRule { parts: each, gauss: each })),
+            facets: Facets::OfCells(FacetRule { parts: each, gauss: each }),
             dilations: Vec::new(),
             raised: 0,
         };

@@ -339,7 +339,7 @@ pub(crate) fn contact_definition<const D: usize>(
         let (discrete_body, rule) = (&discrete_bodies[body], rules[body]);
         let (mut contact_surface, table) = match (discrete_body.facets, discrete_body.cells.lattice()) {
             // Faces of elements run beside a curved boundary.
-            (Some(Facets::OfElements { order, gauss }), Some(lattice)) => {
+            (Facets::OfElements { order, gauss }, Some(lattice)) => {
                 let elements = FiniteElements::new(lattice.clone(), order)?;
                 let (contact_surface, points) = elements.contact_boundary(part, gauss, &|x| place.holds(x))?;
                 (contact_surface, ShapeTable::of_elements(&elements, &points, kinematics)?)

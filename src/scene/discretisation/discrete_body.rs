@@ -33,7 +33,7 @@ pub struct DiscreteBody<const D: usize> {
     /// What it is in plane stress.
     pub(crate) sheet: Option<Sheet<D>>,
     /// How its surface is integrated.
-    pub(crate) facets: Option<super::facet_rule::Facets>,
+    pub(crate) facets: super::facet_rule::Facets,
     /// Largest half-widths of the supports; spacings of finite elements.
     pub(crate) dilations: Vec<f64>,
     /// Particles whose supports were raised to cover the body.
@@ -165,37 +165,34 @@ impl<const D: usize> DiscreteBody<D> {
     /// [`SolveError::OtherModel`] for a state of another problem.
     pub fn deformation_gradients(&self, state: &State) -> Result<Vec<Matrix3<f64>>, SolveError> {
         self.reads(state)?;
-        Ok(self.gradients(state))
+        let points = 0..self.body.table().len();
+        Ok(points.map(|point| self.body.deformation_gradient(point, &state.displacement)).collect())
     }
 
-    fn gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
-        let points = 0..self.body.table().len();
-        points.map(|point| self.body.deformation_gradient(point, &state.displacement)).collect()
+    /// A state as the term of this number sees it.
+    fn view<'a>(&self, number: usize, state: &'a State) -> Option<View<'a>> {
+        Some(View { displacement: &state.displacement, condensed: state.condensed.get(number)?, load: state.load })
     }
 
     /// Hydrostatic pressures \[stress\] at the points of the body's table; `number` is that of its term.
     pub(crate) fn pressures(&self, number: usize, state: &State) -> Option<Vec<f64>> {
-        let condensed = state.condensed.get(number)?;
-        self.body.pressures(View { displacement: &state.displacement, condensed, load: state.load })
+        self.body.pressures(self.view(number, state)?)
     }
 
     /// The same of the part that is proportional to the bulk modulus.
     pub(crate) fn bulk_pressures(&self, number: usize, state: &State) -> Option<Vec<f64>> {
-        let condensed = state.condensed.get(number)?;
-        self.body.bulk_pressures(View { displacement: &state.displacement, condensed, load: state.load })
+        self.body.bulk_pressures(self.view(number, state)?)
     }
 
     /// Deformation gradients at the points of the body's table, in a sheet with the thickness that its history leaves.
     pub(crate) fn settled_gradients(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
-        let Some(condensed) = state.condensed.get(number) else { return Vec::new() };
-        let view = View { displacement: &state.displacement, condensed, load: state.load };
+        let Some(view) = self.view(number, state) else { return Vec::new() };
         (0..self.body.table().len()).map(|point| self.body.deformation_in(point, view)).collect()
     }
 
     /// Cauchy stresses at the points of the body's table.
     pub(crate) fn stresses(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
-        let Some(condensed) = state.condensed.get(number) else { return Vec::new() };
-        let view = View { displacement: &state.displacement, condensed, load: state.load };
+        let Some(view) = self.view(number, state) else { return Vec::new() };
         let gradients = self.settled_gradients(number, state);
         let pressures = self.pressures(number, state);
         let cauchy = |(point, f): (usize, &Matrix3<f64>)| {

@@ -73,47 +73,27 @@ pub(crate) fn discretize<const D: usize>(
 ) -> Result<Problem<D>, Error> {
     let all = all_cells(scene, scheme)?;
     let sharing = Sharing::of(scheme, &all)?;
-    let bodies = scene.bodies.len();
-    let mut conditions: Vec<Vec<(usize, Place<D>)>> = vec![Vec::new(); bodies];
+    let mut conditions: Vec<Vec<(usize, Place<D>)>> = vec![Vec::new(); scene.bodies.len()];
+    let (mut loads, mut ties) = (conditions.clone(), conditions.clone());
     for (number, condition) in scene.conditions.iter().enumerate() {
-        let place = scene.resolve(&condition.place);
-        if scene.rigid_at(&place).is_some() {
-            continue;
-        }
         let what = || condition.name.clone().unwrap_or_else(|| format!("condition on {}", condition.place));
-        let Spot::Point(at) = &place.spot else {
-            let of = scene.bodies_at(&place, &what, &all, &|_| true)?;
-            of.into_iter().for_each(|body| conditions[body].push((number, place.clone())));
-            continue;
-        };
-        let has_particle = |body: usize| particle_at(&*all[body].1, at, "").is_ok();
-        for body in scene.bodies_at(&place, &what, &all, &has_particle)? {
-            conditions[body].push((number, place.clone()));
-        }
+        let has = |body: usize, at: &Point<D>| particle_at(&*all[body].1, at, "").is_ok();
+        distribute(scene, &all, (number, &condition.place), &what, &has, &mut conditions)?;
     }
-    let mut loads: Vec<Vec<(usize, Place<D>)>> = vec![Vec::new(); bodies];
     for (number, load) in scene.loads.iter().enumerate() {
-        let place = scene.resolve(&load.place);
-        if scene.rigid_at(&place).is_some() {
-            continue;
-        }
-        let contains = |body: usize| matches!(&place.spot, Spot::Point(at) if all[body].1.contains(at));
-        for body in scene.bodies_at(&place, &|| load.label(), &all, &contains)? {
-            loads[body].push((number, place.clone()));
-        }
+        let has = |body: usize, at: &Point<D>| all[body].1.contains(at);
+        distribute(scene, &all, (number, &load.place), &|| load.label(), &has, &mut loads)?;
     }
-    let mut ties: Vec<Vec<(usize, Place<D>)>> = vec![Vec::new(); bodies];
     for (name, place) in &scene.rigids {
-        let place = scene.resolve(place);
         let number = scene.rigid_names().iter().position(|other| other == name).unwrap_or(0);
-        for body in scene.bodies_at(&place, &|| format!("rigid body {name}"), &all, &|_| true)? {
-            ties[body].push((number, place.clone()));
+        for body in scene.bodies_at(&scene.resolve(place), &|| format!("rigid body {name}"), &all, &|_| true)? {
+            ties[body].push((number, scene.resolve(place)));
         }
     }
     let particles_of_all: usize = all.iter().map(|(_, cells)| cells.positions().len()).sum();
     let total = particles_of_all + rigid_dof_count(scene) + scene.rigid_names().len() * (D + 1);
     let mut first = 0;
-    let mut built = Vec::with_capacity(bodies);
+    let mut built = Vec::with_capacity(scene.bodies.len());
     for (number, body) in scene.bodies.iter().enumerate() {
         let (scheme, cells) = (&all[number].0, all[number].1.clone());
         let (conditions, loads, ties) = (&conditions[number], &loads[number], &ties[number]);
@@ -125,6 +105,26 @@ pub(crate) fn discretize<const D: usize>(
         });
     }
     finish(scene, scheme, &all, built, &sharing)
+}
+
+/// Gives a condition or load to the bodies at its place, at points to those that have them; rigid bodies come later.
+fn distribute<const D: usize>(
+    scene: &Scene<D>,
+    all: &BodyCells<D>,
+    (number, place): (usize, &Place<D>),
+    what: &dyn Fn() -> String,
+    has: &dyn Fn(usize, &Point<D>) -> bool,
+    given: &mut [Vec<(usize, Place<D>)>],
+) -> Result<(), Error> {
+    let place = scene.resolve(place);
+    if scene.rigid_at(&place).is_some() {
+        return Ok(());
+    }
+    let chosen = |body: usize| matches!(&place.spot, Spot::Point(at) if has(body, at));
+    for body in scene.bodies_at(&place, what, all, &chosen)? {
+        given[body].push((number, place.clone()));
+    }
+    Ok(())
 }
 
 /// Adds a load over a table of its place, `measure` being that of the place on all bodies.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::boundary::Constraints;
 use crate::cells::Cells;
 use crate::error::{BoundaryError, Error, Incompatible};
-use crate::geometry::{Part, Point};
+use crate::geometry::{Bounds, Part};
 use crate::linear::Krylov;
 use crate::material::{FreeThickness, Material};
 use crate::quadrature::Points;
@@ -90,7 +90,7 @@ impl<const D: usize> BodyInput<'_, D> {
     ) -> DiscreteBody<D> {
         let nodes = self.first..self.first + self.cells.positions().len();
         let (name, cells, body) = (self.body.name.clone(), self.cells.clone(), Arc::new(body));
-        let (facets, expansion) = (Some(facets), self.scene.expansion.clone());
+        let expansion = self.scene.expansion.clone();
         let is_sheet = self.scene.kinematics.is_plane_stress();
         let sheet = is_sheet.then(|| Sheet { law: body.material().clone(), expansion });
         DiscreteBody { name, nodes, body, cells, approximation, sheet, facets, dilations, raised }
@@ -141,8 +141,7 @@ fn empty<const D: usize>(definition: &BodyInput<'_, D>, what: String, place: &Pl
     };
     let positions = definition.cells.positions();
     let nodes = definition.cells.boundary_nodes(&part).unwrap_or_default();
-    let start: [Point<D>; 2] = [Point::repeat(f64::INFINITY), Point::repeat(f64::NEG_INFINITY)];
-    let [low, high] = nodes.iter().fold(start, |[l, h], &node| [l.inf(&positions[node]), h.sup(&positions[node])]);
+    let Bounds { low, high } = Bounds::of(nodes.iter().map(|&node| &positions[node]));
     BoundaryError::NoFacet { what, low: low.as_slice().to_vec(), high: high.as_slice().to_vec() }
 }
 

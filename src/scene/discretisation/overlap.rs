@@ -1,7 +1,7 @@
 //! Bodies that lie in each other.
 
 use crate::error::{BoundaryError, Error};
-use crate::geometry::Point;
+use crate::geometry::{Bounds, Point};
 
 use crate::scene::definition::place::Place;
 use crate::scene::definition::scene::Scene;
@@ -15,11 +15,11 @@ pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, all: &BodyCells<D>) -> Re
         return Ok(());
     }
     let fits = fits(scene, all);
-    let boxes: Vec<[Point<D>; 2]> = all.iter().map(|(_, cells)| bounds(cells.positions())).collect();
+    let boxes: Vec<Bounds<D>> = all.iter().map(|(_, cells)| Bounds::of(cells.positions())).collect();
     for (first, (_, cells)) in all.iter().enumerate() {
         for (second, (_, others)) in all.iter().enumerate() {
-            let [low, high] = boxes[second];
-            let apart = |i: usize| boxes[first][1][i] <= low[i] || boxes[first][0][i] >= high[i];
+            let Bounds { low, high } = boxes[second];
+            let apart = |i: usize| boxes[first].high[i] <= low[i] || boxes[first].low[i] >= high[i];
             let fitted = fits.contains(&[first, second]) || fits.contains(&[second, first]);
             if first == second || fitted || (0..D).any(apart) {
                 continue;
@@ -43,9 +43,4 @@ fn fits<const D: usize>(scene: &Scene<D>, all: &BodyCells<D>) -> Vec<[usize; 2]>
     };
     let pairs = scene.contact_pairs.iter().filter(|pair| pair.interference.is_some());
     pairs.filter_map(|pair| Some([body(&pair.first)?, body(pair.second.as_ref()?)?])).collect()
-}
-
-fn bounds<const D: usize>(positions: &[Point<D>]) -> [Point<D>; 2] {
-    let start = [Point::repeat(f64::INFINITY), Point::repeat(f64::NEG_INFINITY)];
-    positions.iter().fold(start, |[low, high], x| [low.inf(x), high.sup(x)])
 }

@@ -345,13 +345,8 @@ impl Places {
         let positions = cells.positions();
         let mut places = vec![[0.0; 3]; positions.len()];
         if let Some(lattice) = cells.lattice() {
-            let (counts, along) = (lattice.counts(), lattice.cell_counts());
-            for node in 0..counts.iter().product() {
-                let mut index = [0; D];
-                let mut rest = node;
-                for i in 0..D {
-                    (index[i], rest) = (rest % counts[i], rest / counts[i]);
-                }
+            let along = lattice.cell_counts();
+            for index in lattice.indices() {
                 for i in 0..3 {
                     places[lattice.node(index)][i] = index[i] as f64 / along[i] as f64;
                 }

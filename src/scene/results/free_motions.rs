@@ -8,6 +8,7 @@ use crate::assembly::{Model, StateRef};
 use crate::boundary::Disjoint;
 use crate::contact::Trace;
 use crate::geometry::{Point, RigidMode};
+use crate::linear::vector::dot;
 use crate::scene::Problem;
 use crate::scene::discretisation::discrete_body::DiscreteBody;
 
@@ -140,7 +141,7 @@ impl<const D: usize> Motions<D> {
         };
         for row in problem.equations().equations() {
             let scale = row.measure();
-            let of = |r: &Vec<f64>| row.entries.iter().map(|&(k, c)| c * r[k]).sum::<f64>() / scale;
+            let of = |r: &Vec<f64>| row.value(r) / scale;
             see(&motions.iter().map(of).collect::<Vec<f64>>());
         }
         let mut group_of = vec![None; positions.len()];
@@ -226,7 +227,6 @@ fn energies(whole: &Model, motions: &[Vec<f64>]) -> DMatrix<f64> {
         force
     };
     let forces: Vec<Vec<f64>> = motions.iter().map(forces).collect();
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let size = stiffness * whole.node_count() as f64;
     DMatrix::from_fn(motions.len(), motions.len(), |a, b| dot(&motions[a], &forces[b]) / size)
 }

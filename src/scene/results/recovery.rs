@@ -272,12 +272,11 @@ pub(super) fn surface_of<const D: usize>(
     density: usize,
 ) -> Result<(Points<D>, Option<Traces>), Error> {
     Ok(match body.facets {
-        None => (Points::empty(), None),
-        Some(Facets::OfCells(rule)) => {
+        Facets::OfCells(rule) => {
             let cells = body.cells.boundary(&Part::Whole, density * rule.parts, rule.gauss)?;
             (cells.points, Some(cells.traces))
         }
-        Some(Facets::OfElements { order, gauss }) => match body.cells.lattice() {
+        Facets::OfElements { order, gauss } => match body.cells.lattice() {
             Some(lattice) => {
                 let elements = FiniteElements::new(lattice.clone(), order)?;
                 (elements.boundary(&Part::Whole, density * gauss)?.points, None)

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::boundary::{ConstraintEquation, Constraints};
 use crate::error::{Error, Incompatible};
+use crate::linear::vector::dot;
 use crate::scene::Problem;
 use crate::solve::State;
 use crate::term::{Amplitude, Element, Term, TermMatrix, View};
@@ -122,10 +123,7 @@ fn begin_at(equations: &mut Constraints, displacement: &[f64]) {
 
 /// The multipliers that leave least of forces, $\min_\mu|f + G^T\mu|$, by conjugate gradients on $GG^T$ from zero.
 fn carried(equations: &[ConstraintEquation], forces: &[f64]) -> Vec<f64> {
-    let rows = |x: &[f64]| -> Vec<f64> {
-        equations.iter().map(|equation| equation.entries.iter().map(|&(k, c)| c * x[k]).sum()).collect()
-    };
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let rows = |x: &[f64]| -> Vec<f64> { equations.iter().map(|equation| equation.value(x)).collect() };
     let mut left = forces.to_vec();
     let mut multipliers = vec![0.0; equations.len()];
     let mut along: Vec<f64> = rows(&left).iter().map(|r| -r).collect();

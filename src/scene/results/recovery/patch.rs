@@ -12,7 +12,7 @@ impl<const D: usize> Recovery<'_, D> {
     fn patch(&self, node: usize) -> Vec<u32> {
         let table = self.body.body.table();
         let near = &self.clusters[node];
-        let cells = matches!(self.body.facets, Some(Facets::OfElements { order: 1, .. }));
+        let cells = matches!(self.body.facets, Facets::OfElements { order: 1, .. });
         if !cells {
             return near.clone();
         }
