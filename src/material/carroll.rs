@@ -35,11 +35,6 @@ impl Carroll {
         positive("initial shear modulus 2 (A + 108 B + C/√12)", 2.0 * (a + 108.0 * b + c / 12f64.sqrt()))?;
         Ok(Self { constants: [a, b, c] })
     }
-
-    /// $(A, B, C)$ \[stress\].
-    pub fn constants(&self) -> [f64; 3] {
-        self.constants
-    }
 }
 
 impl InvariantEnergy for Carroll {

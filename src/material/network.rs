@@ -131,11 +131,6 @@ impl ExtendedTube {
         positive("initial shear modulus G_c (1 - 2 delta²) + G_e", shear)?;
         Ok(Self { crosslinks, entanglements, beta, delta })
     }
-
-    /// $(G_c, G_e, \beta, \delta)$.
-    pub fn constants(&self) -> [f64; 4] {
-        [self.crosslinks, self.entanglements, self.beta, self.delta]
-    }
 }
 
 impl PrincipalEnergy for ExtendedTube {

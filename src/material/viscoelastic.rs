@@ -92,16 +92,6 @@ impl<M: Material> Viscoelastic<M> {
         Self { material, prony }
     }
 
-    /// The elastic law.
-    pub fn elastic(&self) -> &M {
-        &self.material
-    }
-
-    /// The relaxation.
-    pub fn prony(&self) -> &Prony {
-        &self.prony
-    }
-
     /// Numbers of its own: the last $\bar S$, the branches, the largest square of $\bar S$.
     fn own(&self) -> usize {
         6 * (1 + self.prony.branches.len()) + 1

@@ -36,39 +36,25 @@ pub(super) struct Meter {
     analyze: AtomicU64,
     factorize: AtomicU64,
     solve: AtomicU64,
-    factorizations: AtomicU64,
-    solutions: AtomicU64,
-    unknowns: AtomicU64,
-    entries: AtomicU64,
+    pub(super) factorizations: AtomicU64,
+    pub(super) solutions: AtomicU64,
+    pub(super) unknowns: AtomicU64,
+    /// Of the lower triangles.
+    pub(super) entries: AtomicU64,
 }
 
 impl Meter {
     /// Seconds by phase, of an analysis that took `run` seconds after `discretize` seconds of preparation.
     pub(crate) fn phases(&self, discretize: f64, run: f64) -> Phases {
-        let seconds = |counter: &AtomicU64| counter.load(Ordering::Relaxed) as f64 * 1e-9;
+        let seconds = |counter: &AtomicU64| count(counter) as f64 * 1e-9;
         let (analyze, factorize, solve) = (seconds(&self.analyze), seconds(&self.factorize), seconds(&self.solve));
         Phases { discretize, analyze, factorize, solve, assemble: (run - analyze - factorize - solve).max(0.0) }
     }
+}
 
-    /// Matrices that were factorised.
-    pub(crate) fn factorizations(&self) -> usize {
-        self.factorizations.load(Ordering::Relaxed) as usize
-    }
-
-    /// Right-hand sides that were solved for.
-    pub(crate) fn solutions(&self) -> usize {
-        self.solutions.load(Ordering::Relaxed) as usize
-    }
-
-    /// Unknowns of the systems that were solved.
-    pub(crate) fn unknowns(&self) -> usize {
-        self.unknowns.load(Ordering::Relaxed) as usize
-    }
-
-    /// Entries of their lower triangles.
-    pub(crate) fn entries(&self) -> usize {
-        self.entries.load(Ordering::Relaxed) as usize
-    }
+/// What a counter has counted.
+pub(super) fn count(counter: &AtomicU64) -> usize {
+    counter.load(Ordering::Relaxed) as usize
 }
 
 /// Adds the time of a call to a counter.

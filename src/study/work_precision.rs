@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::error::{Error, Invalid, SolveError};
 use crate::scene::{Scene, Scheme};
 
-use super::clock::{Meter, Timed};
+use super::clock::{Meter, Timed, count};
 use super::quantity::Quantity;
 use super::runs::{Run, Study};
 
@@ -210,13 +210,13 @@ impl<const D: usize> WorkPrecision<D> {
         let seconds = start.elapsed().as_secs_f64();
         run.phases = meter.phases(discretized, seconds - discretized);
         run.particles = problem.model().node_count();
-        run.unknowns = meter.unknowns();
+        run.unknowns = count(&meter.unknowns);
         run.points = problem.body().table().len();
         // A value and a row index per entry.
-        run.bytes = problem.body().table().bytes() + 12 * meter.entries();
+        run.bytes = problem.body().table().bytes() + 12 * count(&meter.entries);
         run.steps = path.steps.len();
         run.iterations = path.iterations;
-        (run.factorizations, run.solutions) = (meter.factorizations(), meter.solutions());
+        (run.factorizations, run.solutions) = (count(&meter.factorizations), count(&meter.solutions));
         let path = path.reached()?;
         run.values = self
             .quantities
