@@ -27,6 +27,11 @@ use crate::error::GeometryError;
 /// A point or vector in `D` dimensions \[length\].
 pub type Point<const D: usize> = SVector<f64, D>;
 
+/// The unit vector along an axis.
+pub(crate) fn unit<const D: usize>(axis: usize) -> Point<D> {
+    Point::from_fn(|i, _| f64::from(u8::from(i == axis)))
+}
+
 /// A point or vector in as many dimensions as are asked for: those that it lacks are zero, those beyond are left out.
 pub(crate) fn padded<const D: usize, const N: usize>(x: &Point<D>) -> Point<N> {
     let mut all = Point::zeros();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::cells::BoundaryCells;
 use crate::error::Error;
-use crate::geometry::Point;
+use crate::geometry::{Point, unit};
 use crate::kinematics::Kinematics;
 use crate::order;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
@@ -15,7 +15,7 @@ use crate::term::Amplitude;
 use super::constraints::{Constraints, OVER_BOUNDARY};
 use super::equation::ConstraintEquation;
 use super::prescribed_directions::{PrescribedDirection, is_redundant};
-use super::row_values::{Motion, PrescribedComponent, Prescription, moved, scaled, unit};
+use super::row_values::{Motion, PrescribedComponent, Prescription, moved, scaled};
 
 impl Constraints {
     /// Conditions $\int\Theta_J(u_i - g\\,a(\lambda))\\,\mathrm d\Gamma = 0$ over a boundary part with its linear

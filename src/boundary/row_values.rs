@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::BoundaryError;
-use crate::geometry::Point;
+use crate::geometry::{Point, unit};
 use crate::term::Amplitude;
 
 use super::equation::check_component;
@@ -66,11 +66,6 @@ impl<const D: usize> Prescription<D> for PrescribedComponent<'_, D> {
     fn value(&self, points: Vec<(Point<D>, f64)>) -> (f64, Amplitude) {
         (self.value)(points)
     }
-}
-
-/// The unit vector along an axis.
-pub(crate) fn unit<const D: usize>(axis: usize) -> Point<D> {
-    Point::from_fn(|i, _| f64::from(u8::from(i == axis)))
 }
 
 /// $g\\,a(\lambda)$ with $g = \sum w\\,g(X)$.

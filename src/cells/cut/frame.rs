@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use crate::error::{GeometryError, Invalid};
-use crate::geometry::Point;
+use crate::geometry::{Point, unit};
 use crate::order;
 
 use super::grid::{Grid, MACRO};
@@ -126,7 +126,6 @@ pub(super) fn dominant_axes(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Optio
     directions.retain(|direction| direction.1 > DOMINANT * whole);
     order::sort(&mut directions, &|a, b| b.1.total_cmp(&a.1));
     let first = directions.first()?.0;
-    let unit = |k: usize| Point::<3>::from_fn(|i, _| f64::from(u8::from(i == k)));
     let across = |x: &Point<3>| x - first * first.dot(x);
     let second = directions.iter().map(|direction| direction.0).find(|normal| normal.dot(&first).abs() < 1e-6);
     let flattest = (0..3).min_by(|&a, &b| first[a].abs().total_cmp(&first[b].abs())).unwrap_or(0);

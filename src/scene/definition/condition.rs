@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::error::BoundaryError;
-use crate::geometry::Point;
+use crate::geometry::{Point, unit};
 use crate::term::Amplitude;
 
 use crate::scene::{Place, Value};
@@ -45,9 +45,7 @@ impl<const D: usize> Direction<D> {
     /// The unit vector at a point of a boundary with the normal there.
     pub(crate) fn unit(&self, label: &str, x: &Point<D>, normal: &Point<D>) -> Result<Point<D>, BoundaryError> {
         let vector: Point<D> = match self {
-            Direction::Component(component) => {
-                return Ok(Point::from_fn(|i, _| f64::from(u8::from(i == *component))));
-            }
+            Direction::Component(component) => return Ok(unit(*component)),
             Direction::Along(vector) => (*vector).into(),
             Direction::Normal => *normal,
             Direction::Field(field) => field(x).into(),

@@ -172,10 +172,6 @@ pub(crate) struct Varying<V> {
     pub amplitude: Amplitude,
 }
 
-fn point<const D: usize>(at: &PointState) -> Point<D> {
-    Point::from_fn(|i, _| at.position[i])
-}
-
 /// The value and its slope over the load factor.
 fn with_slope<const D: usize, T: Copy + 'static>(
     value: &Value<D, T>,
@@ -183,7 +179,7 @@ fn with_slope<const D: usize, T: Copy + 'static>(
     at: &PointState,
     number: impl Fn(&T) -> Vector3<f64>,
 ) -> [Vector3<f64>; 2] {
-    let x = point::<D>(at);
+    let x: Point<D> = padded(&at.position);
     let (factor, slope) = amplitude.evaluate(at.load);
     if let Value::Motion(motion) = value {
         let [low, high] = [-DIFFERENCE, DIFFERENCE].map(|step| number(&motion(&x, factor + step)));
@@ -201,7 +197,7 @@ fn followed<const D: usize, T: Copy + 'static>(
     vector: impl Fn(&T) -> Vector3<f64> + Copy + Send + Sync + 'static,
 ) -> Vec<Amplitude> {
     let Value::Motion(motion) = value else { return vec![amplitude.clone()] };
-    let x = Point::<D>::from_fn(|i, _| at[i]);
+    let x: Point<D> = padded(at);
     let component = |i: usize| {
         let (motion, amplitude) = (motion.clone(), amplitude.clone());
         Amplitude::Function(Arc::new(move |load| vector(&motion(&x, amplitude.value(load)))[i]))
@@ -389,5 +385,5 @@ pub(crate) fn dead<const D: usize>(force: &[f64; D], amplitude: &Amplitude) -> D
 }
 
 fn pad<const D: usize>(v: &[f64; D]) -> Vector3<f64> {
-    Vector3::from_fn(|i, _| if i < D { v[i] } else { 0.0 })
+    padded::<D, 3>(&(*v).into())
 }

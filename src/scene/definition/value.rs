@@ -47,18 +47,10 @@ impl<const D: usize, T: Copy + 'static> Value<D, T> {
 
     /// A number made of each value.
     pub(crate) fn map(&self, part: impl Fn(&T) -> f64 + Send + Sync + 'static) -> Value<D> {
-        match self.clone_arcs() {
+        match self.clone() {
             Value::Constant(value) => Value::Constant(part(&value)),
             Value::Field(field) => Value::Field(Arc::new(move |x| part(&field(x)))),
             Value::Motion(motion) => Value::Motion(Arc::new(move |x, factor| part(&motion(x, factor)))),
-        }
-    }
-
-    fn clone_arcs(&self) -> Self {
-        match self {
-            Value::Constant(value) => Value::Constant(*value),
-            Value::Field(field) => Value::Field(field.clone()),
-            Value::Motion(motion) => Value::Motion(motion.clone()),
         }
     }
 }

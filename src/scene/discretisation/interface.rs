@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, SMatrix};
 use crate::boundary::{InterfaceSide, facet_neighbours};
 use crate::cells::BoundaryCells;
 use crate::error::Error;
-use crate::geometry::{Bounds, Point};
+use crate::geometry::{Bounds, Point, unit};
 use crate::kinematics::Kinematics;
 
 use super::discrete_body::DiscreteBody;
@@ -234,8 +234,7 @@ impl<const D: usize> Fit<D> {
         // The first along the points, which stand along the sides of bricks.
         let along =
             range.clone().skip(1).map(|k| face.cells.points.positions[k] - face.cells.points.positions[range.start]);
-        let axes = (0..D).map(|axis| Point::<D>::from_fn(|i, _| f64::from(u8::from(i == axis))));
-        for candidate in along.chain(axes) {
+        for candidate in along.chain((0..D).map(unit)) {
             if tangents.len() + 1 >= D {
                 break;
             }
