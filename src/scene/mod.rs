@@ -21,18 +21,22 @@ mod results;
 mod stages;
 
 pub use definition::condition::{Condition, Direction};
+pub(crate) use definition::contact_definition::Contact;
 pub use definition::contact_definition::ContactPair;
 pub use definition::geometry::Geometry;
 pub use definition::load::Load;
+pub(crate) use definition::load::{AtFullLoad, LoadKind, OnSheet, Sheet, Varying, dead};
 pub use definition::place::Place;
-pub(crate) use definition::resolution::edge_lengths;
+pub(crate) use definition::place::Spot;
+pub(crate) use definition::resolution::{counts, edge_lengths, per_axis};
 pub use definition::scene::{Action, Scene};
+pub(crate) use definition::scene::{FIRST, resolve};
 pub use definition::scheme::Scheme;
 pub use definition::scheme_choices::{
     ApproximationChoice, ConstraintKind, ConstraintMethod, Dilation, Partition, PressureScheme, Resolution, Rule,
     SolverChoice,
 };
-pub(crate) use definition::source::{BodyOf, Source};
+pub(crate) use definition::source::{BodyCells, BodyOf, Source};
 pub use definition::value::Value;
 pub(crate) use discretisation::approximation::kernel_functions;
 pub use discretisation::cover::Certificate;

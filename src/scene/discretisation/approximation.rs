@@ -6,8 +6,7 @@ use crate::particles::Particles;
 
 use super::cover;
 use super::cover::KernelFunctions;
-use crate::scene::definition::scheme::Scheme;
-use crate::scene::definition::scheme_choices::Dilation;
+use crate::scene::{Dilation, Scheme};
 
 /// The shape functions of a scheme on the particles of cells.
 pub(crate) fn kernel_functions<const D: usize>(

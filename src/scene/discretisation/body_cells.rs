@@ -6,11 +6,7 @@ use crate::cells::{Cells, Lattice, Layout, Unstructured};
 use crate::compiled::compiled;
 use crate::error::{Error, GeometryError};
 
-use crate::scene::definition::resolution::counts;
-use crate::scene::definition::scene::Scene;
-use crate::scene::definition::scheme::Scheme;
-use crate::scene::definition::scheme_choices::{ApproximationChoice, PressureScheme, Rule};
-use crate::scene::definition::source::{BodyCells, BodyOf, Source};
+use crate::scene::{ApproximationChoice, BodyCells, BodyOf, PressureScheme, Rule, Scene, Scheme, Source, counts};
 
 use super::{overlap, unused};
 

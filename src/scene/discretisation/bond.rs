@@ -14,9 +14,7 @@ use super::discrete_body::DiscreteBody;
 use super::facet_rule::FacetRule;
 use super::interface::{Face, carried, shared};
 use super::interface_moments::correct;
-use crate::scene::definition::place::{Place, Spot};
-use crate::scene::definition::scene::Scene;
-use crate::scene::definition::source::BodyCells;
+use crate::scene::{BodyCells, Place, Scene, Spot};
 
 /// Middles of one facet found twice differ by less than this part of its coordinates.
 const SAME: f64 = 1e-9;

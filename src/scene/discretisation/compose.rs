@@ -16,8 +16,7 @@ use super::conditions::Placed;
 use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
 use super::problem::Problem;
-use crate::scene::definition::place::Place;
-use crate::scene::definition::scene::FIRST;
+use crate::scene::{FIRST, Place};
 
 impl<const D: usize> Problem<D> {
     /// A problem of one body with a basis, an approximation or a rule of one's own, which has all answers of one made from a

@@ -14,8 +14,7 @@ use crate::shape::Approximation;
 use crate::term::Amplitude;
 
 use super::facet_rule::FacetRule;
-use crate::scene::definition::place::Spot;
-use crate::scene::{Condition, Direction, Place, Scene, Value};
+use crate::scene::{Condition, Direction, Place, Scene, Spot, Value};
 
 /// Called with the error of a condition that can't be added: returns it, or `Ok` to go on without the condition.
 pub(crate) type Refused<'a> = &'a mut dyn FnMut(Error) -> Result<(), Error>;

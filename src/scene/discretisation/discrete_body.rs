@@ -12,7 +12,7 @@ use crate::error::{ApproximationError, Error, SolveError};
 use crate::geometry::Point;
 use crate::material::Material;
 use crate::parallel::map_with;
-use crate::scene::definition::load::Sheet;
+use crate::scene::Sheet;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::solve::State;
 use crate::term::{Body, View};

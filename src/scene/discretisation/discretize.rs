@@ -29,13 +29,10 @@ use super::particles::particles;
 use super::problem::{LoadTerms, Problem};
 use super::rigid;
 use super::sharing::Sharing;
-use crate::scene::definition::load::{Load, LoadKind, OnSheet, Sheet, Varying, dead};
-use crate::scene::definition::place::{Place, Spot};
-use crate::scene::definition::scene::Scene;
-use crate::scene::definition::scheme::Scheme;
-use crate::scene::definition::scheme_choices::{ApproximationChoice, ConstraintMethod};
-use crate::scene::definition::source::BodyCells;
-use crate::scene::definition::value::Value;
+use crate::scene::{
+    ApproximationChoice, BodyCells, ConstraintMethod, Load, LoadKind, OnSheet, Place, Scene, Scheme, Sheet, Spot,
+    Value, Varying, dead,
+};
 
 /// Rows up to which the mixed transformation is the default: beyond, its dense faces cost more than multipliers.
 const TRANSFORMATION_ROWS: usize = 600;

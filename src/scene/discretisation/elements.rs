@@ -10,7 +10,7 @@ use super::conditions::{Prescribed, Refused};
 use super::facet_rule::{FacetRule, Facets};
 use super::one_body::{BodyInput, BuiltBody, FINER, Tables, clocked, expanding, load_tables, material};
 use super::rule::lattice_of;
-use crate::scene::definition::scheme_choices::{ConstraintKind, PressureScheme, Rule};
+use crate::scene::{ConstraintKind, PressureScheme, Rule};
 
 /// Finite elements on the same lattice.
 pub(crate) fn elements<const D: usize>(

@@ -12,7 +12,7 @@ use crate::mesh::Mesh;
 use crate::term::Amplitude;
 
 use super::conditions::singles;
-use crate::scene::definition::condition::Condition;
+use crate::scene::Condition;
 
 /// A rigid body of a problem: an affine frame of $D + 1$ nodes that keeps its shape.
 #[derive(Debug, Clone)]

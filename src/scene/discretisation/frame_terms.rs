@@ -14,7 +14,7 @@ use crate::term::{Amplitude, CondensedUnknowns, Element, Pointwise, Term, TermMa
 
 use super::frame::Frame;
 use super::unmeasured::Unmeasured;
-use crate::scene::definition::load::{Load, LoadKind, dead};
+use crate::scene::{Load, LoadKind, dead};
 
 /// Stiffness of the frame that finds its reactions, in terms of the stiffest body beside it: what is left of a strain of
 /// the frame falls by about this factor with each iteration.

@@ -14,8 +14,7 @@ use crate::material::Material;
 use super::discrete_body::DiscreteBody;
 use super::sharing::Sharing;
 use crate::order;
-use crate::scene::definition::contact_definition::Contact;
-use crate::scene::definition::scene::Scene;
+use crate::scene::{Contact, Scene};
 
 /// Difference of radii, as a part of them, up to which particles lie on one circle.
 const ROUND: f64 = 1e-6;

@@ -19,11 +19,7 @@ use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
 use super::sharing::Sharing;
 use super::unmeasured::Unmeasured;
-use crate::scene::definition::load::{LoadKind, Sheet};
-use crate::scene::definition::place::{Place, Spot};
-use crate::scene::definition::scene::Scene;
-use crate::scene::definition::scheme::Scheme;
-use crate::scene::definition::source::BodyOf;
+use crate::scene::{BodyOf, LoadKind, Place, Scene, Scheme, Sheet, Spot};
 
 /// How many times finer facets are integrated where a load acts on a part of a part.
 pub(crate) const FINER: usize = 4;

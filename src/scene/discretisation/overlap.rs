@@ -3,9 +3,7 @@
 use crate::error::{BoundaryError, Error};
 use crate::geometry::{Bounds, Point};
 
-use crate::scene::definition::place::Place;
-use crate::scene::definition::scene::Scene;
-use crate::scene::definition::source::BodyCells;
+use crate::scene::{BodyCells, Place, Scene};
 
 /// Refuses bodies of which the middle of a cell lies in another body: bonds and contacts begin at surfaces. Bodies whose
 /// interference is resolved may begin as deep in each other as they are drawn. Contact without one looks for faces a chord and a half deep,

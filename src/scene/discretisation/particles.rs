@@ -10,7 +10,7 @@ use super::conditions::{Prescribed, Refused};
 use super::facet_rule::Facets;
 use super::one_body::{BodyInput, BuiltBody, FINER, Tables, clocked, expanding, load_tables, material};
 use super::rule::body_table;
-use crate::scene::definition::scheme_choices::ConstraintKind;
+use crate::scene::ConstraintKind;
 
 /// Reproducing kernel particles.
 pub(crate) fn particles<const D: usize>(

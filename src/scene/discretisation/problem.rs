@@ -18,9 +18,7 @@ use super::conditions::Placed;
 use super::discrete_body::DiscreteBody;
 use super::frame::Frame;
 use super::neutral::Rolling;
-use crate::scene::Place;
-use crate::scene::definition::contact_definition::Contact;
-use crate::scene::definition::load::{Load, LoadKind};
+use crate::scene::{Contact, Load, LoadKind, Place};
 
 /// A discretised scene: model, rows and analysis, and the fields of its states.
 ///

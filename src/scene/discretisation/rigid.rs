@@ -11,10 +11,7 @@ use crate::mesh::Mesh;
 use super::conditions::Placed;
 use super::contact::holds;
 use super::frame::Frame;
-use crate::scene::definition::load::{Load, LoadKind};
-use crate::scene::definition::place::{Place, Spot};
-use crate::scene::definition::scene::Scene;
-use crate::scene::definition::source::Source;
+use crate::scene::{Load, LoadKind, Place, Scene, Source, Spot};
 
 impl<const D: usize> Scene<D> {
     /// The volumes of a mesh that are rigid bodies: groups of cells that no faces have the name of.

@@ -8,9 +8,7 @@ use crate::term::PressureField;
 
 use super::facet_rule::FacetRule;
 use super::one_body::BodyInput;
-use crate::scene::definition::resolution::per_axis;
-use crate::scene::definition::scheme_choices::{PressureScheme, Rule};
-use crate::scene::definition::source::Source;
+use crate::scene::{PressureScheme, Rule, Source, per_axis};
 
 /// Gauss points per cell in 1D where the basis is quadratic or higher.
 const FINE: usize = 7;

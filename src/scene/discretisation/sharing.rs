@@ -9,8 +9,7 @@ use crate::geometry::{Morton, Point};
 use crate::quadrature::Points;
 use crate::shape::ElementPoints;
 
-use crate::scene::definition::source::BodyCells;
-use crate::scene::{ApproximationChoice, Rule, Scheme};
+use crate::scene::{ApproximationChoice, BodyCells, Rule, Scheme};
 
 /// The ranks that share a scene, if any: zones of cells along a space-filling curve, facets of loads in turn.
 pub(crate) struct Sharing(Option<Arc<dyn Ranks>>);

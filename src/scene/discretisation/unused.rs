@@ -5,10 +5,7 @@ use std::sync::Arc;
 use crate::cells::{Layout, Scatter};
 use crate::error::Incompatible;
 
-use crate::scene::definition::scene::Scene;
-use crate::scene::definition::scheme::Scheme;
-use crate::scene::definition::scheme_choices::{ApproximationChoice, Dilation, Partition};
-use crate::scene::definition::source::{BodyOf, Source};
+use crate::scene::{ApproximationChoice, BodyOf, Dilation, Partition, Scene, Scheme, Source};
 
 /// A setting, whether a scheme has it otherwise than another one, and which bodies follow it.
 struct Setting<const D: usize> {

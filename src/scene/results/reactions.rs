@@ -8,10 +8,8 @@ use crate::geometry::{Part, Point};
 use crate::output::{PvdCollection, Table};
 use crate::solve::{EquilibriumPath, State};
 
-use crate::scene::definition::place::Spot;
-use crate::scene::definition::scene::resolve;
 use crate::scene::discretisation::conditions::Placed;
-use crate::scene::{DiscreteBody, Place, Problem};
+use crate::scene::{DiscreteBody, Place, Problem, Spot, resolve};
 
 /// Sums of coefficients below this part of their sizes are none.
 const CANCELS: f64 = 1e-9;

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::scene::Scene;
-use crate::scene::definition::load::{AtFullLoad, LoadKind};
+use crate::scene::{AtFullLoad, LoadKind, Scene};
 use crate::term::Amplitude;
 
 /// A scene whose conditions, loads and surfaces stay as they are at load factor 1, and whose clock stands at a time.

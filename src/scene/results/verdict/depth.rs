@@ -9,8 +9,7 @@ use crate::geometry::Point;
 use crate::solve::State;
 use crate::term::View;
 
-use crate::scene::Problem;
-use crate::scene::definition::contact_definition::Contact;
+use crate::scene::{Contact, Problem};
 
 use super::share::LARGEST_SHARE;
 
