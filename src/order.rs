@@ -21,6 +21,17 @@ pub(crate) fn sort<T>(items: &mut [T], compare: &dyn Fn(&T, &T) -> Ordering) {
     }
 }
 
+/// Values by rising key, those of one key summed in the order in which they stand.
+pub(crate) fn merged<K: Ord + Copy>(mut values: Vec<(K, f64)>) -> Vec<(K, f64)> {
+    sort(&mut values, &|a, b| a.0.cmp(&b.0));
+    values.dedup_by(|later, first| {
+        let same = later.0 == first.0;
+        first.1 += if same { later.1 } else { 0.0 };
+        same
+    });
+    values
+}
+
 /// Sorts numbers by a comparison that tells all of them apart.
 fn sort_numbers(numbers: &mut [usize], compare: &dyn Fn(usize, usize) -> Ordering) {
     numbers.sort_unstable_by(|&a, &b| compare(a, b));

@@ -238,13 +238,7 @@ fn summed<const D: usize>(parts: &[&Integrals<D>], further: usize) -> Vec<(usize
             entries.push((unknown + further, *value));
         }
     }
-    order::sort(&mut entries, &|a, b| a.0.cmp(&b.0));
-    entries.dedup_by(|later, first| {
-        let same = later.0 == first.0;
-        first.1 += if same { later.1 } else { 0.0 };
-        same
-    });
-    entries
+    order::merged(entries)
 }
 
 /// Sums each trace function times the shape functions of all sides over their facets, along the first axis or another direction.

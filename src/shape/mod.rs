@@ -25,6 +25,15 @@ pub struct ShapeFunctions<const D: usize> {
     pub rcond: f64,
 }
 
+#[cfg(feature = "solve")]
+impl<const D: usize> ShapeFunctions<D> {
+    /// The same for nodes that are counted from another one.
+    pub(crate) fn shifted(mut self, first: usize) -> Self {
+        self.nodes.iter_mut().for_each(|node| *node += first as u32);
+        self
+    }
+}
+
 /// Buffers that an [`Approximation`] reuses from point to point, so that nothing is allocated after warm-up.
 ///
 /// Whoever evaluates keeps one per thread; what is in it is the approximation's own affair.

@@ -3,6 +3,7 @@
 use crate::assembly::{Model, Origin, StateRef};
 use crate::boundary::Constraints;
 use crate::error::SolveError;
+use crate::term::View;
 
 /// Everything that an analysis iterates on; predicted, halved and kept as a whole.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -38,6 +39,11 @@ impl State {
             load: 0.0,
             origin: model.origin(),
         }
+    }
+
+    /// The state as the term of a number sees it; none where the model has no such term.
+    pub(crate) fn view(&self, term: usize) -> Option<View<'_>> {
+        Some(View { displacement: &self.displacement, condensed: self.condensed.get(term)?, load: self.load })
     }
 
     /// Refuses a state whose vectors are not as long as a model and its rows need them.

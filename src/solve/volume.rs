@@ -73,9 +73,23 @@ impl<const D: usize> Functional for EnclosedVolume<D> {
             add_determinant_hessian(&mut hessian, &f, 1.0);
             let outer = crate::tensor::components(&(x * normal.transpose()));
             let slope = hessian * outer;
-            self.table.add_stress(point, &Matrix3::from_fn(|i, s| weight * slope[3 * i + s]), out);
-            for (&node, value) in self.table.nodes(point).iter().zip(self.table.values(point)) {
-                (0..D).for_each(|i| out[node as usize * D + i] += weight * value * area[i]);
+            let nodes = self.table.nodes(point);
+            let gradients = self.table.gradients(point);
+            let values = self.table.values(point);
+            let n = nodes.len();
+            for (a, &node) in nodes.iter().enumerate() {
+                for i in 0..D {
+                    let mut sum = values[a] * area[i];
+                    for s in 0..D {
+                        sum += slope[3 * i + s] * gradients[s * n + a];
+                    }
+                    if i == 0 {
+                        for &k in self.table.hoop_components() {
+                            sum += slope[4 * k] * gradients[D * n + a];
+                        }
+                    }
+                    out[node as usize * D + i] += weight * sum;
+                }
             }
         }
     }

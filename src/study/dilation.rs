@@ -4,7 +4,7 @@ use crate::error::{Error, Invalid, SolveError};
 use crate::quadrature::gauss_legendre;
 use crate::scene::{Dilation, Problem, Scene, Scheme};
 use crate::solve::State;
-use crate::term::{Element, Term, View, each_force};
+use crate::term::{Element, Term, View, each_force, stored};
 
 /// One dilation that was tried.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,8 +92,7 @@ pub fn potential<const D: usize>(problem: &Problem<D>, state: &State) -> Result<
     let mut work = 0.0;
     // The body, the first of the terms, has no forces that follow the load factor.
     for (term, condensed) in problem.model().terms().iter().zip(&state.condensed).skip(1) {
-        let whole = View { displacement: &state.displacement, condensed, load: state.load };
-        let stores = (0..term.clusters()).map(|c| term.energy(c, whole)).sum::<f64>() != 0.0;
+        let stores = stored(&**term, View { displacement: &state.displacement, condensed, load: state.load }) != 0.0;
         for (s, weight) in abscissae.iter().zip(&weights) {
             let d: Vec<f64> = state.displacement.iter().map(|d| s * d).collect();
             let mut along = |load| {

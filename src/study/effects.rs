@@ -8,7 +8,7 @@ use crate::order;
 use crate::scene::Problem;
 use crate::solve::State;
 use crate::tensor::cofactor;
-use crate::term::{Element, Term, View, each_force};
+use crate::term::{Term, View, add_residual, stored};
 
 use super::answer::Answer;
 
@@ -71,8 +71,9 @@ impl<const D: usize> Answer<D> {
         let values = values.collect::<Result<Vec<f64>, Error>>()?;
         let all = problem.model().terms();
         let of_terms = |terms: std::ops::Range<usize>| {
-            let parts = terms.clone().filter_map(|term| Some((&*all[term], state.condensed.get(term)?)));
-            Change { residual: residual(problem, state, parts.clone()), energy: energy(state, parts) }
+            let parts = terms.filter_map(|term| Some((&*all[term], state.view(term)?)));
+            let energy = parts.clone().map(|(term, view)| stored(term, view)).sum();
+            Change { residual: residual(problem, parts), energy }
         };
         for contact in &problem.contacts {
             let open = !problem.contact(state, &contact.name)?.points.iter().any(|point| point.is_active);
@@ -90,8 +91,8 @@ impl<const D: usize> Answer<D> {
             if load.follows {
                 let rest = State { displacement: vec![0.0; state.displacement.len()], ..state.clone() };
                 let mut change = of_terms(load.terms.clone());
-                let parts = load.terms.clone().filter_map(|term| Some((&*all[term], rest.condensed.get(term)?)));
-                let dead = residual(problem, &rest, parts);
+                let parts = load.terms.clone().filter_map(|term| Some((&*all[term], rest.view(term)?)));
+                let dead = residual(problem, parts);
                 change.residual.iter_mut().zip(dead).for_each(|(follower, dead)| *follower -= dead);
                 found.push(self.effect(&values, format!("that {} follows the surface", load.label), &change));
             }
@@ -163,30 +164,14 @@ impl Change {
     }
 }
 
-/// The residual of some terms with their condensed unknowns.
+/// The residual of some terms.
 fn residual<'a, const D: usize>(
     problem: &Problem<D>,
-    state: &State,
-    terms: impl Iterator<Item = (&'a dyn Term, &'a Vec<f64>)>,
+    terms: impl Iterator<Item = (&'a dyn Term, View<'a>)>,
 ) -> Vec<f64> {
     let mut sum = Change::none(problem).residual;
-    let mut element = Element::default();
-    for (term, condensed) in terms {
-        let view = View { displacement: &state.displacement, condensed, load: state.load };
-        each_force(term, 0..term.clusters(), view, &mut element, |node, residual, _| {
-            sum[node * D..].iter_mut().zip(residual).for_each(|(sum, part)| *sum += part);
-        });
-    }
+    terms.for_each(|(term, view)| add_residual(term, view, &mut sum));
     sum
-}
-
-/// The energy of some terms.
-fn energy<'a>(state: &State, terms: impl Iterator<Item = (&'a dyn Term, &'a Vec<f64>)>) -> f64 {
-    let of = |(term, condensed): (&'a dyn Term, &'a Vec<f64>)| {
-        let view = View { displacement: &state.displacement, condensed, load: state.load };
-        (0..term.clusters()).map(|cluster| term.energy(cluster, view)).sum::<f64>()
-    };
-    terms.map(of).sum()
 }
 
 /// What the pressures of a body add, which are proportional to its bulk modulus: to first order an incompressible body

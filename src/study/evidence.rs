@@ -11,7 +11,6 @@ use crate::neighbours::BoxTree;
 use crate::scene::{DiscreteBody, Problem, coefficients, values};
 use crate::shape::ShapeFunctions;
 use crate::tensor::cofactor;
-use crate::term::View;
 
 use super::answer::{Answer, Level, Tolerance};
 
@@ -217,9 +216,7 @@ fn dual_pressures<const D: usize>(answer: &Answer<D>, number: usize, dual: &[f64
         condensed.swap_remove(number)
     };
     let step: Vec<f64> = answered(scale).iter().zip(answered(0.0)).map(|(a, b)| (a - b) / scale).collect();
-    let condensed = state.condensed.get(number)?;
-    let view = View { displacement: &state.displacement, condensed, load: state.load };
-    member.body().pressure_changes(view, dual, &step)
+    member.body().pressure_changes(state.view(number)?, dual, &step)
 }
 
 /// Carries fields of a body in one model to the same in another.
@@ -243,13 +240,8 @@ impl<'a, const D: usize> Carry<'a, D> {
         let number = from.discrete_bodies().iter().position(|other| other.name() == to.name()).unwrap_or(0);
         let from = &from.discrete_bodies()[number];
         let particles = to.cells().positions();
-        let (mut given, own) = (from.values_at(particles)?, to.values_at(particles)?);
-        let first = from.nodes().start as u32;
-        for psi in &mut given {
-            for node in &mut psi.nodes {
-                *node += first;
-            }
-        }
+        let (given, own) = (from.values_at(particles)?, to.values_at(particles)?);
+        let given = given.into_iter().map(|psi| psi.shifted(from.nodes().start)).collect();
         let table = from.body().table();
         let nearest = BoxTree::of(table.positions());
         let mut of = vec![0; table.len()];

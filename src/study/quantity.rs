@@ -8,7 +8,7 @@ use crate::geometry::{Bounds, Point};
 use crate::scene::{Place, Problem};
 use crate::solve::{Dual, State};
 use crate::tensor::cofactor;
-use crate::term::{Element, View, each_force};
+use crate::term::{View, add_residual};
 
 /// Displacements below this part of the extent of a problem, and stresses below this part of the moduli, are rounding.
 const REST: f64 = 1e-13;
@@ -200,22 +200,15 @@ impl<const D: usize> Quantity<D> {
             // Refused by `evaluate`.
             Kind::Displacement { component, .. } if *component >= D => return Ok(None),
             Kind::Displacement { at, component } => {
-                let psi = problem.shape_functions(at)?;
-                for (&node, value) in psi.nodes.iter().zip(&psi.values) {
-                    force[node as usize * D + component] += value;
-                }
+                force = problem.deflection(at, *component)?.weights;
             }
             Kind::Energy => {
-                let mut element = Element::default();
-                for (term, condensed) in problem.model.terms().iter().zip(&state.condensed) {
-                    let view = View { displacement: &state.displacement, condensed, load: state.load };
+                for (number, term) in problem.model.terms().iter().enumerate() {
                     // Loads store nothing.
-                    if (0..term.clusters()).all(|cluster| term.energy(cluster, view) == 0.0) {
-                        continue;
+                    let stores = |view: &View<'_>| (0..term.clusters()).any(|k| term.energy(k, *view) != 0.0);
+                    if let Some(view) = state.view(number).filter(stores) {
+                        add_residual(&**term, view, &mut force);
                     }
-                    each_force(&**term, 0..term.clusters(), view, &mut element, |node, residual, _| {
-                        force[node * D..].iter_mut().zip(residual).for_each(|(sum, part)| *sum += part);
-                    });
                 }
             }
             Kind::Volume => {
@@ -260,8 +253,8 @@ fn stays<const D: usize>(problem: &Problem<D>, state: &State) -> bool {
 fn is_stressless<const D: usize>(problem: &Problem<D>, state: &State) -> Result<bool, Error> {
     problem.model.at(state)?;
     let mut largest: f64 = 0.0;
-    for (member, condensed) in problem.discrete_bodies().iter().zip(&state.condensed) {
-        let view = View { displacement: &state.displacement, condensed, load: state.load };
+    for (number, member) in problem.discrete_bodies().iter().enumerate() {
+        let Some(view) = state.view(number) else { continue };
         let moduli = member.body().material().initial_moduli();
         for point in 0..member.body().table().len() {
             let f = member.body().deformation_in(point, view);

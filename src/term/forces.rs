@@ -24,3 +24,18 @@ pub(crate) fn each_force(
         }
     }
 }
+
+/// Adds the residual of a term to a vector over all nodes.
+#[cfg(feature = "solve")]
+pub(crate) fn add_residual(term: &dyn Term, view: View<'_>, sum: &mut [f64]) {
+    let dim = term.dim();
+    each_force(term, 0..term.clusters(), view, &mut Element::default(), |node, residual, _| {
+        sum[node * dim..].iter_mut().zip(residual).for_each(|(sum, part)| *sum += part);
+    });
+}
+
+/// The energy that a term stores.
+#[cfg(feature = "solve")]
+pub(crate) fn stored(term: &dyn Term, view: View<'_>) -> f64 {
+    (0..term.clusters()).map(|cluster| term.energy(cluster, view)).sum()
+}

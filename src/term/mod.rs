@@ -46,6 +46,8 @@ pub(crate) use at_points::PointMotion;
 #[cfg(feature = "solve")]
 pub(crate) use curve::{Curve, straight_until};
 pub(crate) use forces::each_force;
+#[cfg(feature = "solve")]
+pub(crate) use forces::{add_residual, stored};
 pub(crate) use lower::LowerBlocks;
 pub(crate) use protocol::Protocol;
 

@@ -15,7 +15,7 @@ use crate::parallel::map_with;
 use crate::scene::Sheet;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::solve::State;
-use crate::term::{Body, View};
+use crate::term::Body;
 
 /// Fewer points are evaluated by one thread.
 pub(crate) const SERIAL_BELOW: usize = 64;
@@ -169,30 +169,25 @@ impl<const D: usize> DiscreteBody<D> {
         Ok(points.map(|point| self.body.deformation_gradient(point, &state.displacement)).collect())
     }
 
-    /// A state as the term of this number sees it.
-    fn view<'a>(&self, number: usize, state: &'a State) -> Option<View<'a>> {
-        Some(View { displacement: &state.displacement, condensed: state.condensed.get(number)?, load: state.load })
-    }
-
     /// Hydrostatic pressures \[stress\] at the points of the body's table; `number` is that of its term.
     pub(crate) fn pressures(&self, number: usize, state: &State) -> Option<Vec<f64>> {
-        self.body.pressures(self.view(number, state)?)
+        self.body.pressures(state.view(number)?)
     }
 
     /// The same of the part that is proportional to the bulk modulus.
     pub(crate) fn bulk_pressures(&self, number: usize, state: &State) -> Option<Vec<f64>> {
-        self.body.bulk_pressures(self.view(number, state)?)
+        self.body.bulk_pressures(state.view(number)?)
     }
 
     /// Deformation gradients at the points of the body's table, in a sheet with the thickness that its history leaves.
     pub(crate) fn settled_gradients(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
-        let Some(view) = self.view(number, state) else { return Vec::new() };
+        let Some(view) = state.view(number) else { return Vec::new() };
         (0..self.body.table().len()).map(|point| self.body.deformation_in(point, view)).collect()
     }
 
     /// Cauchy stresses at the points of the body's table.
     pub(crate) fn stresses(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
-        let Some(view) = self.view(number, state) else { return Vec::new() };
+        let Some(view) = state.view(number) else { return Vec::new() };
         let gradients = self.settled_gradients(number, state);
         let pressures = self.pressures(number, state);
         let cauchy = |(point, f): (usize, &Matrix3<f64>)| {

@@ -113,13 +113,7 @@ fn rolling<const D: usize>(
             weights.extend(values.map(|(&l, value)| (trace.nodes[l as usize], sign * weight * value / trace.area)));
         }
     }
-    order::sort(&mut weights, &|a, b| a.0.cmp(&b.0));
-    weights.dedup_by(|second, first| {
-        let same = second.0 == first.0;
-        first.1 += if same { second.1 } else { 0.0 };
-        same
-    });
-    let (nodes, weights) = weights.into_iter().map(|(node, value)| (node, tangent * value)).unzip();
+    let (nodes, weights) = order::merged(weights).into_iter().map(|(node, value)| (node, tangent * value)).unzip();
     let stiffness = body.body.material().initial_moduli().shear;
     let spring = Arc::new(RollingSpring { nodes, weights, stiffness });
     Some(Rolling { body: body.name.clone(), radius, spring })

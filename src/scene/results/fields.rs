@@ -171,9 +171,7 @@ impl<const D: usize> Problem<D> {
     /// Where the point is not covered.
     pub fn shape_functions(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError> {
         let discrete_body = self.member_at(at).unwrap_or(self.first());
-        let mut psi = discrete_body.approximation.shape_functions(at)?;
-        psi.nodes.iter_mut().for_each(|node| *node += discrete_body.nodes.start as u32);
-        Ok(psi)
+        Ok(discrete_body.approximation.shape_functions(at)?.shifted(discrete_body.nodes.start))
     }
 
     /// The problem's shape functions tabulated at points inside the body: what a [`Term`](crate::term::Term) or

@@ -103,7 +103,7 @@ impl<const D: usize> Problem<D> {
             let of_body: Vec<Vec<usize>> =
                 of_body.map(|face| face.iter().map(|corner| corner - first).collect()).collect();
             let divided = Divided::new(&positions[own.nodes()], &of_body, parts);
-            let mut functions = own.values_on(&divided.points, &divided.weights)?;
+            let functions = own.values_on(&divided.points, &divided.weights)?;
             let mut moved: Vec<Point<D>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
             // The rim of a face that is bonded to a rigid body moves with it.
             let rim = |ends: &[usize; 2]| bonded.contains(&ends.map(|corner| first + corner));
@@ -113,12 +113,8 @@ impl<const D: usize> Problem<D> {
                 let part = |k: usize| k as f64 / (line.len() - 1) as f64;
                 line.iter().enumerate().for_each(|(k, &point)| moved[point] = from + (to - from) * part(k));
             }
-            for psi in &mut functions {
-                for node in &mut psi.nodes {
-                    *node += first as u32;
-                }
-            }
-            let values: Vec<f64> = functions.iter().zip(&moved).map(|(psi, u)| value(psi, u)).collect();
+            let functions = functions.into_iter().map(|psi| psi.shifted(first));
+            let values: Vec<f64> = functions.zip(&moved).map(|(psi, u)| value(&psi, u)).collect();
             let current = divided.points.iter().zip(&moved).map(|(x, u)| x + u).collect();
             drawn.add(divided, current, |k| values[k]);
         }
@@ -138,14 +134,9 @@ impl<const D: usize> Problem<D> {
         for own in &self.discrete_bodies {
             for cell in own.cells.drawn() {
                 let ends: Vec<Point<D>> = cell.iter().map(|&end| own.cells.positions()[end]).collect();
-                let mut functions = own.values_at(&ends)?;
+                let functions = own.values_at(&ends)?;
                 let moved: Vec<Point<D>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
-                let first = own.nodes().start as u32;
-                for psi in &mut functions {
-                    for node in &mut psi.nodes {
-                        *node += first;
-                    }
-                }
+                let functions: Vec<_> = functions.into_iter().map(|psi| psi.shifted(own.nodes().start)).collect();
                 let start = points.len();
                 for part in 0..=AROUND {
                     let (sine, cosine) = (0.5 * PI * part as f64 / AROUND as f64).sin_cos();

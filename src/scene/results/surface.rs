@@ -36,14 +36,9 @@ impl<const D: usize> Problem<D> {
         let mut found = Vec::new();
         for (body, own) in self.discrete_bodies.iter().enumerate() {
             let Some((points, facets)) = own.cells.drawn_surface() else { continue };
-            let mut functions = own.values_at(&points)?;
+            let functions = own.values_at(&points)?;
             let displacements = functions.iter().map(|psi| own.weighted(psi, state)).collect();
-            let first = own.nodes.start as u32;
-            for psi in &mut functions {
-                for node in &mut psi.nodes {
-                    *node += first;
-                }
-            }
+            let functions = functions.into_iter().map(|psi| psi.shifted(own.nodes.start)).collect();
             found.push(DrawnSurface { body, points, displacements, facets, functions });
         }
         Ok(found)

@@ -47,8 +47,7 @@ pub(super) fn unresolved<const D: usize>(problem: &Problem<D>, state: &State) ->
 fn judged<'a, const D: usize>(contact: &'a Contact<D>, state: &'a State) -> Option<(&'a RigidContact<D>, View<'a>)> {
     let law = contact.law.rigid()?;
     let begins_inside = law.law.interference.is_some_and(|fit| !fit.resolved && state.load < fit.until);
-    let condensed = state.condensed.get(contact.term).filter(|_| !begins_inside)?;
-    Some((law, View { displacement: &state.displacement, condensed, load: state.load }))
+    Some((law, state.view(contact.term).filter(|_| !begins_inside)?))
 }
 
 /// A particle of a contact whose displacement is prescribed in all components, and which ends deep in the rigid surface: no displacement of
