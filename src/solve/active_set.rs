@@ -14,8 +14,6 @@ const GROWTH: f64 = 10.0;
 const LEAST: f64 = 1e-6;
 /// Factor by which the shift falls after each iteration with it.
 const THINNER: f64 = 0.3;
-/// Growth of increments from which on a shift stays: nearer to the stiffness of a mode they would have no bound.
-const STEEP: f64 = 2.0;
 /// An increment is shorter than another one below this part of it.
 const PROGRESS: f64 = 0.95;
 /// The least part of a step that is taken.
@@ -49,7 +47,6 @@ pub(super) struct ActiveSetCycling {
     relaxed: bool,
     part: f64,
     last: Vec<f64>,
-    length: f64,
     shortest: f64,
     /// Increments since the shortest one.
     idle: usize,
@@ -60,14 +57,7 @@ pub(super) struct ActiveSetCycling {
 impl ActiveSetCycling {
     /// For a model with or without unilateral terms (contact), and whether one of them searches for opposite facets.
     pub(crate) fn new(unilateral: bool, searches: bool) -> Self {
-        ActiveSetCycling {
-            unilateral,
-            searches,
-            part: 1.0,
-            length: f64::INFINITY,
-            shortest: f64::INFINITY,
-            ..ActiveSetCycling::default()
-        }
+        ActiveSetCycling { unilateral, searches, part: 1.0, shortest: f64::INFINITY, ..ActiveSetCycling::default() }
     }
 
     /// Whether an attempt of so many iterations may take another one.
@@ -109,16 +99,12 @@ impl ActiveSetCycling {
         if !self.unilateral {
             return 1.0;
         }
-        let (length, before) = (norm(step), self.length);
-        self.length = length;
+        let length = norm(step);
         let mut begins = false;
         if self.shift > 0.0 {
-            // The steepest part of the descent is over: the shift falls.
-            if length < STEEP * before {
-                self.shift *= THINNER;
-                if self.shift < LEAST {
-                    self.shift = 0.0;
-                }
+            self.shift *= THINNER;
+            if self.shift < LEAST {
+                self.shift = 0.0;
             }
             (self.shortest, self.idle) = (f64::INFINITY, 0);
         } else if length < PROGRESS * self.shortest {
