@@ -3,7 +3,7 @@
 use crate::geometry::Point;
 use crate::term::Element;
 
-use super::law::{Slipping, Touch};
+use super::law::{Slipping, Touch, is_at_limit};
 
 /// Steps of the load go no further where there is friction, which knows where a body comes from.
 const FRICTION_STEP: f64 = 0.1;
@@ -48,7 +48,9 @@ impl<const D: usize> Touch<D> {
         let (slip, held) = (along(&normal, &slipping.slip), along(&normal, &self.traction));
         let trial = held - slip * self.decisive;
         let size = trial.norm();
-        if size <= self.coefficient * (self.pressure - self.decisive * self.gap) {
+        // Without a slip since the last converged state rounding would decide about what slid there: it goes on sliding.
+        let slid = slip.iter().all(|s| *s == 0.0) && is_at_limit(self.coefficient, self.pressure, &held);
+        if size <= self.coefficient * (self.pressure - self.decisive * self.gap) && !(slid && size > 0.0) {
             let (direction, rate) = (Point::zeros(), along(&normal, &slipping.by_load));
             return Grip { normal, held, direction, slides: false, stiffness: self.proximal, slip, rate };
         }

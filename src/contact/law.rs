@@ -78,7 +78,7 @@ impl ContactLaw {
 
     /// Whether a traction is as long as friction lets it be.
     pub(super) fn slides<const D: usize>(&self, pressure: f64, traction: &Point<D>) -> bool {
-        traction.norm() >= (1.0 - 1e-6) * self.friction * pressure
+        is_at_limit(self.friction, pressure, traction)
     }
 
     /// What an interference adds to the gap of a trace function, and its change with the load factor.
@@ -136,6 +136,11 @@ impl ContactLaw {
         }
         work
     }
+}
+
+/// Whether a traction is as long as friction lets it be.
+pub(super) fn is_at_limit<const D: usize>(friction: f64, pressure: f64, traction: &Point<D>) -> bool {
+    traction.norm() >= (1.0 - 1e-6) * friction * pressure
 }
 
 /// A trace function at a state, and what the law asks of it.
