@@ -88,7 +88,7 @@ fn eliminate_group(
     let mut a = vec![0.0; m * width];
     for (i, &r) in members.iter().enumerate() {
         let equation = &equations.equations()[r];
-        let largest = equation.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
+        let largest = equation.largest();
         for &(unknown, coefficient) in &equation.entries {
             if coefficient != 0.0 {
                 a[i * width + unknowns.partition_point(|&u| u < unknown)] += coefficient / largest;

@@ -24,6 +24,11 @@ impl ConstraintEquation {
         self.entries.iter().map(|&(k, c)| c * displacement[k]).sum()
     }
 
+    /// $\max_k |c_k|$.
+    pub(crate) fn largest(&self) -> f64 {
+        self.entries.iter().map(|entry| entry.1.abs()).fold(0.0, f64::max)
+    }
+
     /// $\sum_k |c_k|$, by which values of constraint equations over a boundary are divided to be lengths; about 1 at particles.
     pub(crate) fn measure(&self) -> f64 {
         self.entries.iter().map(|(_, c)| c.abs()).sum()

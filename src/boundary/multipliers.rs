@@ -3,6 +3,7 @@
 use crate::assembly::{Pattern, System};
 use crate::error::BoundaryError;
 use crate::linear::{Direct, LinearSolver, LinearSystem, MatrixClass};
+use crate::order::merged;
 
 use super::{ConstraintEquation, Constraints, Enforced, Enforcement, pattern_fits};
 
@@ -59,7 +60,7 @@ impl Bound {
         columns.resize(full + equations.len(), Vec::new());
         let mut scaled = Vec::with_capacity(equations.len());
         for (r, equation) in equations.equations().iter().enumerate() {
-            let largest = equation.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
+            let largest = equation.largest();
             if !(largest > 0.0) {
                 return Err(BoundaryError::Dependent { equation: r, what: equation.label.clone(), pivot: 0.0 });
             }
@@ -134,25 +135,14 @@ fn independent(scaled: &[(Vec<(usize, f64)>, f64)]) -> bool {
     }
     let (mut columns, mut values) = (vec![0], Vec::new());
     let mut all = Vec::new();
-    let mut sums: Vec<(u32, f64)> = Vec::new();
     for (r, (equation, _)) in scaled.iter().enumerate() {
-        sums.clear();
+        let mut products: Vec<(u32, f64)> = Vec::new();
         for (k, c) in equation {
-            sums.extend(users[k].iter().filter(|user| user.0 as usize >= r).map(|&(other, d)| (other, c * d)));
+            products.extend(users[k].iter().filter(|user| user.0 as usize >= r).map(|&(other, d)| (other, c * d)));
         }
-        sums.sort_unstable_by_key(|sum| sum.0);
-        for &(other, product) in &sums {
-            match all.last() {
-                Some(&last) if last == other && all.len() > columns[r] => {
-                    if let Some(value) = values.last_mut() {
-                        *value += product;
-                    }
-                }
-                _ => {
-                    all.push(other);
-                    values.push(product);
-                }
-            }
+        for (other, product) in merged(products) {
+            all.push(other);
+            values.push(product);
         }
         columns.push(all.len());
     }
@@ -174,7 +164,7 @@ pub(crate) fn dependent_rows(equations: &[ConstraintEquation]) -> Vec<BoundaryEr
     // Sparse Gaussian elimination: reduced constraint equations are found by their pivot unknown.
     let mut reduced: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
     for (r, equation) in equations.iter().enumerate() {
-        let scale = largest(equation);
+        let scale = if equation.largest() > 0.0 { equation.largest() } else { 1.0 };
         let mut left: BTreeMap<usize, f64> = BTreeMap::new();
         for &(k, c) in &equation.entries {
             *left.entry(k).or_insert(0.0) += c / scale;
@@ -212,12 +202,6 @@ pub(crate) fn dependent_rows(equations: &[ConstraintEquation]) -> Vec<BoundaryEr
         }
     }
     dependent
-}
-
-/// The largest entry of a constraint equation, or 1 for one that has none.
-fn largest(equation: &ConstraintEquation) -> f64 {
-    let largest = equation.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
-    if largest > 0.0 { largest } else { 1.0 }
 }
 
 impl Enforced for Bound {
