@@ -20,6 +20,7 @@ pub(crate) struct Frame<const D: usize> {
     pub name: String,
     /// Its first node.
     pub first: usize,
+    pub numbers: Vec<u32>,
     pub centre: Point<D>,
     pub size: f64,
     /// The term that keeps its shape; none of revolution, where conditions do.
@@ -54,7 +55,8 @@ impl<const D: usize> Frame<D> {
                 size = size.max((positions[entry.0 / D] - centre).norm());
             }
         }
-        Ok(Frame { name: name.to_string(), first, centre, size, rigidity: None, shapes: Vec::new() })
+        let numbers = (first as u32..=(first + D) as u32).collect();
+        Ok(Frame { name: name.to_string(), first, numbers, centre, size, rigidity: None, shapes: Vec::new() })
     }
 
     pub(crate) fn positions(&self) -> impl Iterator<Item = Point<D>> + '_ {
@@ -178,9 +180,5 @@ impl<const D: usize> Frame<D> {
             }
         }
         Ok(())
-    }
-
-    pub(crate) fn numbers(&self) -> Vec<u32> {
-        self.nodes().map(|node| node as u32).collect()
     }
 }

@@ -37,9 +37,9 @@ impl<const D: usize> Frame<D> {
             }
             LoadKind::Total(force) => {
                 let at = point.unwrap_or(self.centre);
-                let (values, first) = (self.values(&at), self.first as u32);
+                let values = self.values(&at);
                 let table = ShapeTable::tabulate(total, &Points::single(at), &Unmeasured, &|_, _, psi| {
-                    psi.nodes = (first..=first + D as u32).collect();
+                    psi.nodes.clone_from(&self.numbers);
                     psi.values = values[..=D].to_vec();
                     psi.gradients = vec![Point::zeros(); D + 1];
                     psi.rcond = 1.0;
@@ -53,12 +53,7 @@ impl<const D: usize> Frame<D> {
             }
             LoadKind::Moment(moment) => {
                 let (moment, amplitude) = (*moment, load.amplitude.clone());
-                model.add_replicated(Arc::new(Turning {
-                    frame: self.clone(),
-                    nodes: self.numbers(),
-                    moment,
-                    amplitude,
-                }));
+                model.add_replicated(Arc::new(Turning { frame: self.clone(), moment, amplitude }));
             }
             _ => {
                 let remedy = "take Load::force or Load::moment; pressures act on the parts that are tied to it";
@@ -71,12 +66,7 @@ impl<const D: usize> Frame<D> {
     /// The term that keeps the frame's shape beside bodies of the given moduli (first of the tangent, shear).
     pub(crate) fn stay(&self, modulus: f64, shear: f64) -> impl Term + 'static {
         let measure = self.size.powi(D as i32);
-        Rigidity {
-            frame: self.clone(),
-            nodes: self.numbers(),
-            stiffness: FIRM * modulus * measure,
-            unit: shear * measure,
-        }
+        Rigidity { frame: self.clone(), stiffness: FIRM * modulus * measure, unit: shear * measure }
     }
 }
 
@@ -84,7 +74,6 @@ impl<const D: usize> Frame<D> {
 /// iteration to the next: $\delta\pi = c\\,(E + \delta E)$ until $E$ vanishes. The stiffness changes the way, not the state.
 struct Rigidity<const D: usize> {
     frame: Frame<D>,
-    nodes: Vec<u32>,
     stiffness: f64,
     /// What multipliers are measured in.
     unit: f64,
@@ -148,7 +137,7 @@ impl<const D: usize> Term for Rigidity<D> {
     }
 
     fn nodes(&self, _: usize) -> &[u32] {
-        &self.nodes
+        &self.frame.numbers
     }
 
     fn matrix(&self) -> TermMatrix {
@@ -208,7 +197,6 @@ impl<const D: usize> Term for Rigidity<D> {
 /// A moment on a frame: virtual work $M\cdot\delta\omega$, $\delta\omega$ the axial vector of $\delta F F^{-1}$.
 struct Turning<const D: usize> {
     frame: Frame<D>,
-    nodes: Vec<u32>,
     moment: [f64; 3],
     amplitude: Amplitude,
 }
@@ -232,7 +220,7 @@ impl<const D: usize> Term for Turning<D> {
     }
 
     fn nodes(&self, _: usize) -> &[u32] {
-        &self.nodes
+        &self.frame.numbers
     }
 
     fn matrix(&self) -> TermMatrix {
