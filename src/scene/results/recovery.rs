@@ -58,14 +58,6 @@ struct BodyStress<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> StressField<'a, D> {
-    fn new(problem: &'a Problem<D>, state: &'a State) -> Result<Self, Error> {
-        state.check_lengths(problem.model(), problem.equations())?;
-        let numbers = 0..problem.discrete_bodies().len();
-        Ok(StressField {
-            bodies: numbers.map(|number| BodyStress::new(problem, number, state)).collect::<Result<_, _>>()?,
-        })
-    }
-
     /// The Cauchy stress $\sigma$ \[stress\] at a point $X$ of the body, of the first of several that hold it.
     ///
     /// # Errors
@@ -247,7 +239,7 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where the point lies outside the body by more than a tenth of a cell; for a state of another problem.
     pub fn stress(&self, state: &State, at: &Point<D>) -> Result<Matrix3<f64>, Error> {
-        StressField::new(self, state)?.at(at)
+        self.stress_field(state)?.at(at)
     }
 
     /// The Cauchy stresses of a state at all points of the body; polynomials are fitted where they are requested.
@@ -255,13 +247,11 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// For a state of another problem.
     pub fn stress_field<'a>(&'a self, state: &'a State) -> Result<StressField<'a, D>, Error> {
-        StressField::new(self, state)
-    }
-}
-
-impl<const D: usize> Recovery<'_, D> {
-    fn surface(&self) -> Result<(Points<D>, Option<Traces>), Error> {
-        surface_of(self.body, 1)
+        state.check_lengths(&self.model, &self.equations)?;
+        let numbers = 0..self.discrete_bodies.len();
+        Ok(StressField {
+            bodies: numbers.map(|number| BodyStress::new(self, number, state)).collect::<Result<_, _>>()?,
+        })
     }
 }
 

@@ -13,7 +13,7 @@ use crate::term::{Term, View};
 
 use crate::neighbours::BoxTree;
 
-use super::{Facet, Moved, Recovery};
+use super::{Facet, Moved, Recovery, surface_of};
 
 /// The nodes that a term may exert forces on; a contact that is open exerts none.
 fn acting<'a>(term: &'a dyn Term, condensed: &'a [f64]) -> impl Iterator<Item = u32> + 'a {
@@ -28,7 +28,7 @@ impl<const D: usize> Recovery<'_, D> {
     /// Collects the loads, and the facets with what is known of their tractions.
     pub(super) fn look_at_surface(&mut self, state: &State, moved: Moved<'_, D>) -> Result<(), Error> {
         let problem = self.problem;
-        let (points, traces) = self.surface()?;
+        let (points, traces) = surface_of(self.body, 1)?;
         let key = |x: &Point<D>, n: &Point<D>| -> Vec<u64> {
             // Rounded: facets of a part and of the whole may differ in their last bits. Normals tell faces apart at corners.
             x.iter().chain(n.iter()).map(|v| ((v * 1e3).round() as i64 as u64).wrapping_mul(31)).collect()
