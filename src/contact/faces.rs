@@ -63,8 +63,8 @@ impl LaidFaces {
 
     /// The second derivatives of a sum of the mean gaps under a triangle with factors, over one of those that face it, by its number.
     pub(crate) fn curve(&self, triangle: usize, number: usize, factors: [f64; 3]) -> SMatrix<f64, LOCAL, LOCAL> {
-        let (base, other) = (&self.bases[triangle], self.facing[triangle][number].other);
-        base.curve(&base.over(&self.corners[other as usize]), &self.slopes(triangle)[number], factors)
+        let (base, facing) = (&self.bases[triangle], &self.facing[triangle][number]);
+        base.curve(&facing.overlap, &base.over(&self.corners[facing.other as usize]), factors)
     }
 }
 

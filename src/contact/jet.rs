@@ -4,15 +4,15 @@ use std::ops::{Add, Mul, Sub};
 
 use nalgebra::{SMatrix, SVector};
 
-/// Value, gradient and Hessian over `N` coordinates.
+/// Value, gradient and Hessian over `N` coordinates; the Hessian over the first `M`, so that there is none with zero.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Jet<const N: usize> {
+pub(super) struct Jet<const N: usize, const M: usize = N> {
     pub value: f64,
     pub slope: SVector<f64, N>,
-    pub curve: SMatrix<f64, N, N>,
+    pub curve: SMatrix<f64, M, M>,
 }
 
-impl<const N: usize> Jet<N> {
+impl<const N: usize, const M: usize> Jet<N, M> {
     pub(crate) fn constant(value: f64) -> Self {
         Jet { value, slope: SVector::zeros(), curve: SMatrix::zeros() }
     }
@@ -26,7 +26,10 @@ impl<const N: usize> Jet<N> {
 
     /// A function of this one with its value and first two derivatives.
     fn chain(self, value: f64, first: f64, second: f64) -> Self {
-        let curve = self.curve * first + self.slope * self.slope.transpose() * second;
+        let mut curve = self.curve * first;
+        for j in 0..M {
+            (0..M).for_each(|i| curve[(i, j)] += self.slope[i] * self.slope[j] * second);
+        }
         Jet { value, slope: self.slope * first, curve }
     }
 
@@ -41,36 +44,39 @@ impl<const N: usize> Jet<N> {
     }
 }
 
-impl<const N: usize> Add for Jet<N> {
-    type Output = Jet<N>;
-    fn add(self, other: Jet<N>) -> Jet<N> {
+impl<const N: usize, const M: usize> Add for Jet<N, M> {
+    type Output = Jet<N, M>;
+    fn add(self, other: Jet<N, M>) -> Jet<N, M> {
         Jet { value: self.value + other.value, slope: self.slope + other.slope, curve: self.curve + other.curve }
     }
 }
 
-impl<const N: usize> Sub for Jet<N> {
-    type Output = Jet<N>;
-    fn sub(self, other: Jet<N>) -> Jet<N> {
-        self + other * -1.0
+impl<const N: usize, const M: usize> Sub for Jet<N, M> {
+    type Output = Jet<N, M>;
+    fn sub(self, other: Jet<N, M>) -> Jet<N, M> {
+        Jet { value: self.value - other.value, slope: self.slope - other.slope, curve: self.curve - other.curve }
     }
 }
 
-impl<const N: usize> Mul<f64> for Jet<N> {
-    type Output = Jet<N>;
-    fn mul(self, by: f64) -> Jet<N> {
+impl<const N: usize, const M: usize> Mul<f64> for Jet<N, M> {
+    type Output = Jet<N, M>;
+    fn mul(self, by: f64) -> Jet<N, M> {
         Jet { value: self.value * by, slope: self.slope * by, curve: self.curve * by }
     }
 }
 
-impl<const N: usize> Mul for Jet<N> {
-    type Output = Jet<N>;
-    fn mul(self, other: Jet<N>) -> Jet<N> {
-        let cross = self.slope * other.slope.transpose();
-        Jet {
-            value: self.value * other.value,
-            slope: self.slope * other.value + other.slope * self.value,
-            curve: self.curve * other.value + other.curve * self.value + cross + cross.transpose(),
+impl<const N: usize, const M: usize> Mul for Jet<N, M> {
+    type Output = Jet<N, M>;
+    fn mul(self, other: Jet<N, M>) -> Jet<N, M> {
+        let (slope, mut curve) = (self.slope * other.value + other.slope * self.value, self.curve);
+        for j in 0..M {
+            for i in 0..M {
+                curve[(i, j)] = curve[(i, j)] * other.value
+                    + other.curve[(i, j)] * self.value
+                    + (self.slope[i] * other.slope[j] + other.slope[i] * self.slope[j]);
+            }
         }
+        Jet { value: self.value * other.value, slope, curve }
     }
 }
 

@@ -82,20 +82,17 @@ pub(super) struct MeanGaps {
     pub shares: [[f64; 6]; 3],
 }
 
-/// Derivatives of those.
+/// Gradients of those.
 #[derive(Debug, Clone)]
 pub(super) struct GapSlopes {
-    /// Gradients.
     pub gaps: [SVector<f64, LOCAL>; 3],
     pub areas: [SVector<f64, LOCAL>; 3],
-    /// $\int\lambda_a\lambda_k\,\mathrm d\Gamma$ of the corners of the other triangle, over density: functions of its places.
-    far: [[Jet<PLACES>; 3]; 3],
 }
 
 /// A place in coordinates of the first triangle, with its derivatives over some variables: `N = 0` for values alone.
-type Place<const N: usize> = [Jet<N>; 2];
+type Place<const N: usize, const M: usize = N> = [Jet<N, M>; 2];
 
-fn cross<const N: usize>(a: &Place<N>, b: &Place<N>) -> Jet<N> {
+fn cross<const N: usize, const M: usize>(a: &Place<N, M>, b: &Place<N, M>) -> Jet<N, M> {
     a[0] * b[1] - a[1] * b[0]
 }
 
@@ -106,7 +103,7 @@ fn twice_area(polygon: &[[f64; 2]]) -> f64 {
 }
 
 /// How far inside a side of the first triangle a place lies, in barycentric coordinates.
-fn inside<const N: usize>(side: usize, at: &Place<N>) -> Jet<N> {
+fn inside<const N: usize, const M: usize>(side: usize, at: &Place<N, M>) -> Jet<N, M> {
     match side {
         0 => at[1],
         1 => Jet::constant(1.0) - at[0] - at[1],
@@ -115,13 +112,13 @@ fn inside<const N: usize>(side: usize, at: &Place<N>) -> Jet<N> {
 }
 
 /// Where an edge crosses a side.
-fn crossing<const N: usize>([from, to]: [&Place<N>; 2], side: usize) -> Place<N> {
+fn crossing<const N: usize, const M: usize>([from, to]: [&Place<N, M>; 2], side: usize) -> Place<N, M> {
     let [before, behind] = [from, to].map(|end| inside(side, end));
     let part = before * (before - behind).reciprocal();
     [0, 1].map(|i| from[i] + (to[i] - from[i]) * part)
 }
 
-fn constant<const N: usize>(at: &[f64; 2]) -> Place<N> {
+fn constant<const N: usize, const M: usize>(at: &[f64; 2]) -> Place<N, M> {
     at.map(Jet::constant)
 }
 
@@ -136,16 +133,17 @@ fn between(first: usize, second: usize) -> [f64; 2] {
 }
 
 /// For each corner of the first triangle the integrals of its linear function times 1, x and y.
-fn weighted<const N: usize>(moments: &[Jet<N>; 6]) -> [[Jet<N>; 3]; 3] {
+fn weighted<const N: usize, const M: usize>(moments: &[Jet<N, M>; 6]) -> [[Jet<N, M>; 3]; 3] {
     let [one, x, y, xx, xy, yy] = *moments;
     [[one - x - y, x - xx - xy, y - xy - yy], [x, xx, xy], [y, xy, yy]]
 }
 
 /// The linear functions of the corners at places, as factors of 1, x and y.
-fn linear<const N: usize>(places: &[Place<N>; 3]) -> [[Jet<N>; 3]; 3] {
+fn linear<const N: usize, const M: usize>(places: &[Place<N, M>; 3]) -> [[Jet<N, M>; 3]; 3] {
     let [p, q, r] = places;
     let inverse = cross(&[q[0] - p[0], q[1] - p[1]], &[r[0] - p[0], r[1] - p[1]]).reciprocal();
-    let of = |a: &Place<N>, b: &Place<N>| [cross(a, b) * inverse, (a[1] - b[1]) * inverse, (b[0] - a[0]) * inverse];
+    let of =
+        |a: &Place<N, M>, b: &Place<N, M>| [cross(a, b) * inverse, (a[1] - b[1]) * inverse, (b[0] - a[0]) * inverse];
     let (first, second) = (of(q, r), of(r, p));
     // They sum to one.
     let third = [0, 1, 2].map(|m| Jet::constant(if m == 0 { 1.0 } else { 0.0 }) - first[m] - second[m]);
@@ -155,7 +153,7 @@ fn linear<const N: usize>(places: &[Place<N>; 3]) -> [[Jet<N>; 3]; 3] {
 impl Overlap {
     /// What a triangle with corners at `places` covers of the first one.
     pub(crate) fn new(places: &[[f64; 2]; 3]) -> Option<Self> {
-        if (0..3).any(|side| places.iter().all(|place| inside::<0>(side, &constant(place)).value < -SAME)) {
+        if (0..3).any(|side| places.iter().all(|place| inside::<0, 0>(side, &constant(place)).value < -SAME)) {
             return None;
         }
         let order = if twice_area(places) > 0.0 { [0, 1, 2] } else { [0, 2, 1] };
@@ -204,13 +202,13 @@ impl Overlap {
     }
 
     /// $\int 1, x, y, x^2, xy, y^2$.
-    fn moments<const N: usize>(&self, places: &[Place<N>; 3]) -> [Jet<N>; 6] {
+    fn moments<const N: usize, const M: usize>(&self, places: &[Place<N, M>; 3]) -> [Jet<N, M>; 6] {
         let place = |vertex: &Vertex| match vertex.corner {
             Corner::Own => constant(&vertex.at),
             Corner::Opposite(k) => places[k],
             Corner::Crossing(ends, side) => crossing(ends.map(|k| &places[k]), side),
         };
-        let corners: Vec<Place<N>> = self.vertices.iter().map(place).collect();
+        let corners: Vec<Place<N, M>> = self.vertices.iter().map(place).collect();
         let mut found = [Jet::constant(0.0); 6];
         for (k, a) in corners.iter().enumerate() {
             let b = &corners[(k + 1) % corners.len()];
@@ -227,16 +225,19 @@ impl Overlap {
 
     /// The integrals of the linear functions of the corners of the first triangle times 1, x and y, and times those of the corners of the
     /// other one.
-    fn integrals<const N: usize>(&self, places: &[Place<N>; 3]) -> [[[Jet<N>; 3]; 3]; 2] {
+    fn integrals<const N: usize, const M: usize>(&self, places: &[Place<N, M>; 3]) -> [[[Jet<N, M>; 3]; 3]; 2] {
         let (near, linear) = (weighted(&self.moments(places)), linear(places));
-        let product = |a: &[Jet<N>; 3], b: &[Jet<N>; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         [near, near.each_ref().map(|near| linear.each_ref().map(|linear| product(linear, near)))]
     }
 }
 
+fn product<const N: usize, const M: usize>(a: &[Jet<N, M>; 3], b: &[Jet<N, M>; 3]) -> Jet<N, M> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
 /// Cuts off what lies outside of a side of the first triangle. What lies on the side stays as it is, and moves with the other triangle.
 fn cut(vertices: &[Vertex], side: usize, places: &[[f64; 2]; 3]) -> Vec<Vertex> {
-    let depth: Vec<f64> = vertices.iter().map(|vertex| inside::<0>(side, &constant(&vertex.at)).value).collect();
+    let depth: Vec<f64> = vertices.iter().map(|vertex| inside::<0, 0>(side, &constant(&vertex.at)).value).collect();
     let mut kept = Vec::with_capacity(vertices.len() + 1);
     for (k, vertex) in vertices.iter().enumerate() {
         let (here, there) = (depth[k], depth[(k + 1) % vertices.len()]);
@@ -244,7 +245,7 @@ fn cut(vertices: &[Vertex], side: usize, places: &[[f64; 2]; 3]) -> Vec<Vertex> 
             Edge::Own(other) => Vertex { at: between(side, other), corner: Corner::Own, edge },
             Edge::Opposite(ends) => {
                 let corner = Corner::Crossing(ends, side);
-                let [from, to] = ends.map(|k| constant::<0>(&places[k]));
+                let [from, to] = ends.map(|k| constant::<0, 0>(&places[k]));
                 Vertex { at: crossing([&from, &to], side).map(|jet| jet.value), corner, edge }
             }
         };
@@ -287,7 +288,7 @@ impl Base {
 
     /// The mean gaps under the corners of this triangle over an overlap.
     pub(crate) fn mean_gaps(&self, overlap: &Overlap, over: &Over) -> MeanGaps {
-        let [near, far] = overlap.integrals::<0>(&over.places.each_ref().map(constant));
+        let [near, far] = overlap.integrals::<0, 0>(&over.places.each_ref().map(constant));
         let mut found = MeanGaps { values: [0.0; 3], areas: [0.0; 3], shares: [[0.0; 6]; 3] };
         for a in 0..3 {
             let [one, x, y] = near[a].map(|integral| integral.value * self.density);
@@ -299,15 +300,14 @@ impl Base {
         found
     }
 
-    /// Derivatives of the mean gaps.
+    /// Gradients of the mean gaps.
     pub(crate) fn slopes(&self, overlap: &Overlap, over: &Over) -> GapSlopes {
-        let variable = |k: usize, i: usize| Jet::variable(over.places[k][i], 2 * k + i);
-        let [near, far] = overlap.integrals::<PLACES>(&[0, 1, 2].map(|k| [variable(k, 0), variable(k, 1)]));
+        let [near, far] = overlap.integrals::<PLACES, 0>(&over.variables());
         let motions = self.motions(over);
         let all = |foot: &SVector<f64, FOOT>| self.all_corners(&motions.tr_mul(foot));
         let area = |a: usize| all(&SVector::from_fn(|i, _| if i < PLACES { near[a][0].slope[i] } else { 0.0 }));
-        let gap = |a: usize| all(&over.foot(&far[a]).0);
-        GapSlopes { gaps: [gap(0), gap(1), gap(2)], areas: [area(0), area(1), area(2)], far }
+        let gap = |a: usize| all(&over.foot(&far[a]));
+        GapSlopes { gaps: [gap(0), gap(1), gap(2)], areas: [area(0), area(1), area(2)] }
     }
 
     /// A gradient over relative coordinates as one over the coordinates of all corners, times density: what the first corner does is the
@@ -322,12 +322,19 @@ impl Base {
     }
 
     /// Second derivatives of a sum of the mean gaps with factors, over the coordinates of all corners.
-    pub(crate) fn curve(&self, over: &Over, slopes: &GapSlopes, factors: [f64; 3]) -> SMatrix<f64, LOCAL, LOCAL> {
-        let sum = |k: usize| {
-            let [a, b, c] = [0, 1, 2].map(|a| slopes.far[a][k] * factors[a]);
-            a + b + c
-        };
-        let (foot, local) = over.foot(&[sum(0), sum(1), sum(2)]);
+    pub(crate) fn curve(&self, overlap: &Overlap, over: &Over, factors: [f64; 3]) -> SMatrix<f64, LOCAL, LOCAL> {
+        let places = over.variables::<PLACES>();
+        let (near, linear) = (weighted(&overlap.moments(&places)), linear(&places));
+        let near = [0, 1, 2].map(|m| near[0][m] * factors[0] + near[1][m] * factors[1] + near[2][m] * factors[2]);
+        let far = linear.each_ref().map(|linear| product(linear, &near));
+        let (foot, mut local) = (over.foot(&far), SMatrix::<f64, FOOT, FOOT>::zeros());
+        for (k, (far, gap)) in far.iter().zip(over.gaps).enumerate() {
+            for q in 0..PLACES {
+                local[(q, PLACES + k)] = far.slope[q];
+                local[(PLACES + k, q)] = far.slope[q];
+                (0..PLACES).for_each(|p| local[(p, q)] += far.curve[(p, q)] * gap);
+            }
+        }
         let motions = self.motions(over);
         let relative = motions.tr_mul(&(local * motions)) + self.bent(over, &foot);
         let mut all = SMatrix::<f64, LOCAL, LOCAL>::zeros();
@@ -403,19 +410,20 @@ impl Base {
 }
 
 impl Over {
-    /// Gradient and Hessian over places and then gaps of the sum of the gaps with functions of places as factors.
-    fn foot(&self, far: &[Jet<PLACES>; 3]) -> (SVector<f64, FOOT>, SMatrix<f64, FOOT, FOOT>) {
-        let (mut slope, mut curve) = (SVector::zeros(), SMatrix::zeros());
+    /// Its places as variables.
+    fn variables<const M: usize>(&self) -> [Place<PLACES, M>; 3] {
+        let variable = |k: usize, i: usize| Jet::variable(self.places[k][i], 2 * k + i);
+        [0, 1, 2].map(|k| [variable(k, 0), variable(k, 1)])
+    }
+
+    /// The gradient over places and then gaps of the sum of the gaps with functions of places as factors.
+    fn foot<const M: usize>(&self, far: &[Jet<PLACES, M>; 3]) -> SVector<f64, FOOT> {
+        let mut slope = SVector::zeros();
         for (k, (far, gap)) in far.iter().zip(self.gaps).enumerate() {
             slope[PLACES + k] = far.value;
-            for q in 0..PLACES {
-                slope[q] += far.slope[q] * gap;
-                curve[(q, PLACES + k)] = far.slope[q];
-                curve[(PLACES + k, q)] = far.slope[q];
-                (0..PLACES).for_each(|p| curve[(p, q)] += far.curve[(p, q)] * gap);
-            }
+            (0..PLACES).for_each(|q| slope[q] += far.slope[q] * gap);
         }
-        (slope, curve)
+        slope
     }
 }
 
@@ -457,7 +465,7 @@ mod tests {
                     let factors = std::array::from_fn(|k| f64::from(u8::from(k == corner)));
                     let value = base.mean_gaps(&overlap, &over).values[corner];
                     let slope = base.slopes(&overlap, &over).gaps[corner];
-                    (value, slope, base.curve(&over, &base.slopes(&overlap, &over), factors))
+                    (value, slope, base.curve(&overlap, &over, factors))
                 };
                 assert_derivatives(at, &q);
                 let area = |q: &[f64; LOCAL]| {
