@@ -62,6 +62,34 @@ fn last_force(
     Ok(force(&problem, path.last())?)
 }
 
+/// A disc between bonded plates, 9 × 5 particles over half of its height: the part of its force that is left after the relaxation,
+/// compared with quadratic elements, and the steps that were rejected. Pressed by 1 and 5 % of its height.
+fn disc(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
+    let hold = Amplitude::table(vec![(0.0, 0.0), (0.1, 1.0), (1.0, 1.0)])?;
+    let clock = Amplitude::table(vec![(0.0, 0.0), (0.1, 0.0), (0.4, 1.0), (1.0, DURATION)])?;
+    for press in [0.01, 0.05] {
+        let left = |scheme: &Scheme| -> Result<(f64, usize), Box<dyn Error>> {
+            let down = Condition::on((1, Side::Max)).displacement([0.0, -5.0 * press]).amplitude(hold.clone());
+            let disc = Scene::new(Block::new([0.0, 0.0], [10.0, 5.0]), Axisymmetric, relaxing()?)
+                .prescribe((0, Side::Min), 0, 0.0)
+                .prescribe((1, Side::Min), 1, 0.0)
+                .with(down)
+                .with_clock(clock.clone());
+            let problem = disc.discretize(scheme)?;
+            let path = problem.run()?.completed()?;
+            let force = |state: &rkpm::solve::State| problem.reaction(state, (1, Side::Max)).map(|force| force[1]);
+            let pressed =
+                path.steps.iter().find(|step| step.state.load >= 0.1 - 1e-12).ok_or("no step ends at the press")?;
+            Ok((force(path.last())? / force(&pressed.state)?, path.rejected))
+        };
+        let (reference, _) = left(&Scheme::elements(2).particles([33, 17]))?;
+        let (own, rejected) = left(&Scheme::default().particles([9, 5]))?;
+        summary.record(format!("disc_{press}_left"), own, reference)?;
+        summary.note(format!("disc_{press}_rejected"), rejected as f64)?;
+    }
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let out = support::out_dir("relaxation");
     let mut summary = Summary::new();
@@ -98,6 +126,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let slow_elastic = last_force(Rubber::neo_hookean(A10 * relaxed, BULK)?, Amplitude::Ramp, 1.0, 1)?;
     summary.record("force_infinitely_fast", last_force(relaxing()?, Amplitude::Ramp, 1e-11, 1)?, elastic)?;
     summary.record("force_infinitely_slow", last_force(relaxing()?, Amplitude::Ramp, 1e16, 1)?, slow_elastic)?;
+
+    disc(&mut summary)?;
 
     print!("{summary}");
     summary.write(out.join("summary.csv"))?;
