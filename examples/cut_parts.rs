@@ -5,6 +5,7 @@
 //! variable `SOLIDS` says, drawn from seed 33, or what `SEED` says, the largest error of volume and patch test, the least θ and inf-sup
 //! constant, the least of those below 0.15 over that of a finer lattice, and the part of them that is pressed by a quarter and sheared by 0.3;
 //! errors and spreads are parts of one. Volume, patch test and θ of a tenth as many in refined lattices have rows of their own.
+//! Parts with thin walls: `thin_parts`.
 
 mod support;
 

@@ -7,7 +7,8 @@
 //! REFERENCE: Q2/P1 elements of the crate on a mapped block, graded towards edges and corners, 2D for both; energies. With half the elements
 //! they differ by 1.9 % at most, those of the table from the limit by about 0.7 % (`CHECK=1`).
 //!
-//! `PARTS=60 SEED=62` are what is drawn; `ACROSS=2` prints the same parts with spacings of half of the wall at most.
+//! `PARTS=60 SEED=62` are what is drawn, `FROM=30` leaves out those before it; `ACROSS=2` prints the same parts
+//! with spacings of half of the wall at most.
 
 #[path = "support/mod.rs"]
 mod support;
@@ -23,6 +24,8 @@ use rkpm::scene::Problem;
 
 /// An error of the energy beyond which a part counts as wrong.
 const RIGHT: f64 = 0.05;
+/// Depth of a slice.
+const DEPTH: f64 = 2.0;
 /// Segments of a quarter turn.
 const SEGMENTS: usize = 32;
 /// Power of the distance from an edge that evenly spaced nodes of the reference are moved to.
@@ -208,7 +211,7 @@ impl Drawn {
         Ok(sides.fold(scene, |scene, side| happens(scene, side.name.as_str().into(), side.happens)))
     }
 
-    /// A quarter turn, or a slice one spacing deep, between planes of symmetry.
+    /// A quarter turn, or a slice two spacings deep, between planes of symmetry.
     fn in_3d(&self) -> Result<Scene<3>, rkpm::Error> {
         let solid = self.solid()?;
         let mut scene = Scene::new(&solid, Solid, rubber()?);
@@ -251,7 +254,7 @@ impl Drawn {
                 points.push(if self.is_round {
                     Point::<3>::new(x * cos, x * sin, y)
                 } else {
-                    Point::<3>::new(x, y, share)
+                    Point::<3>::new(x, y, DEPTH * share)
                 });
             }
             known.push(row);
@@ -299,7 +302,7 @@ impl Drawn {
             let problem = self.in_3d()?.discretize(&scheme.across(across))?;
             let (found, iterations) = energy(&problem)?;
             return Ok((
-                if self.is_round { 4.0 * found } else { found },
+                if self.is_round { 4.0 * found } else { found / DEPTH },
                 problem.cells().positions().len(),
                 iterations,
             ));
@@ -348,6 +351,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (kind, bonded, in_3d) = (k % 5, k / 5 % 2 == 0, k / 10 % 2 == 1);
         let thickness = 0.3 * 10f64.powf(random.f64());
         let part = Drawn::new(kind, bonded, thickness, &mut random);
+        if number("FROM").is_some_and(|from| k < from) {
+            continue;
+        }
         let reference = part.by_elements(ACROSS)?;
         let faces = if bonded { "bonded" } else { "free" };
         print!("{k:3} {:6} {faces:6} {} t {thickness:.2}: ", part.kind, if in_3d { "3D" } else { "2D" });

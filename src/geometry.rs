@@ -7,6 +7,7 @@ mod outline;
 mod region;
 #[cfg(feature = "solve")]
 mod rigid_mode;
+mod walls;
 
 pub(crate) use bounds::Bounds;
 #[cfg(feature = "solve")]
@@ -16,6 +17,7 @@ pub use outline::{Outline, Turn};
 pub use region::Region;
 #[cfg(feature = "solve")]
 pub(crate) use rigid_mode::RigidMode;
+pub(crate) use walls::{OPPOSITE, Wall};
 
 use std::fmt;
 use std::sync::Arc;

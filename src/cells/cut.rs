@@ -29,7 +29,7 @@ use crate::solid::{OPPOSITE, Solid3};
 
 use super::inertia::Inertia;
 use super::zones::{collect, join_by_sides};
-use super::{BoundaryCells, Cells, Connections, Smoothing, TraceChoice, Zones};
+use super::{BoundaryCells, Cells, Connections, Smoothing, TraceChoice, ZoneParticles, Zones};
 use connected::{Bricks, Connected, Divisions, Whole};
 use faces::Faces;
 use features::Features;
@@ -50,6 +50,13 @@ const STEP: i32 = 2;
 const NEAR: f64 = 4.0;
 /// Variance of those across a wall below which they stand in one layer: that of two layers a third of a spacing apart.
 const LAYER: f64 = 0.1;
+/// Walls with fewer spacings across are refined where nothing is said about them: with particles within half a spacing of the surface moved
+/// onto it they have one layer inside, and zones with one layer have no pressure that varies across the wall.
+const LEAST_ACROSS: f64 = 2.5;
+/// Spacings across those at least; as spacings are halved there are up to six. With two and a half a plate bends 9 % too softly.
+const ACROSS: f64 = 3.0;
+/// Halvings for the sake of walls where nothing is said about them: with a fourth one a wall would have 4096 times as many particles per volume.
+const HALVINGS: u32 = 3;
 /// Rounding of the columns of a rotation.
 const ROTATION: f64 = 1e-9;
 /// Distance from free particles beyond which those on the surface count as free, in bricks: a body is thin there.
@@ -124,7 +131,27 @@ impl CutLattice {
         across: usize,
         grading: impl Fn(&Point<3>) -> f64,
     ) -> Result<Self, GeometryError> {
-        let wanted = Wanted { solid, spacing, across, grading: &grading };
+        let across = across as f64;
+        let wanted =
+            Wanted { solid, spacing, fewest: across, across, grading: &grading, thinnest: 0.0, sampled: false };
+        Self::of_solid(solid, spacing, dominant_axes(solid.vertices(), solid.facets()), Some(&wanted))
+    }
+
+    /// The same by a grading, if there is one, and where a wall has less than [`LEAST_ACROSS`] spacings, which then has [`ACROSS`].
+    pub(crate) fn walled(
+        solid: &Solid3,
+        spacing: f64,
+        grading: Option<&dyn Fn(&Point<3>) -> f64>,
+    ) -> Result<Self, GeometryError> {
+        let even = |_: &Point<3>| 1.0;
+        let (fewest, across) = (LEAST_ACROSS, ACROSS);
+        let (thinnest, sampled) = (across / f64::from(1 << HALVINGS), true);
+        let grade = grading.unwrap_or(&even);
+        let wanted = Wanted { solid, spacing, fewest, across, grading: grade, thinnest, sampled };
+        // What is wrong with the spacing is told by the lattice.
+        if grading.is_none() && !(spacing > 0.0 && spacing.is_finite() && wanted.has_walls()?) {
+            return Self::new(solid, spacing);
+        }
         Self::of_solid(solid, spacing, dominant_axes(solid.vertices(), solid.facets()), Some(&wanted))
     }
 
@@ -399,6 +426,19 @@ impl CutLattice {
         (self.grid.place(brick as usize).map(|at| at / size * size), size)
     }
 
+    /// What zones have of the volume, and the zone of each sub-cell; none where that is not one of those given.
+    fn inner(&self, zones: &Zones) -> (Vec<Inner>, Vec<u32>) {
+        let mut zone_of = vec![NONE; self.parts.parts.len()];
+        let mut inner = vec![Inner::default(); zones.offsets.len().saturating_sub(1)];
+        for (zone, range) in zones.offsets.windows(2).enumerate() {
+            for &part in zones.cells[range[0]..range[1]].iter().flat_map(|cell| &self.cells[*cell as usize]) {
+                zone_of[part as usize] = zone as u32;
+                inner[zone].add_part(&self.parts.parts[part as usize]);
+            }
+        }
+        (inner, zone_of)
+    }
+
     /// The pieces of the surface that a part has, curved ones first: plain ones take back from conditions what they share with them.
     fn pieces(&self, part: &Part) -> Result<Vec<u32>, GeometryError> {
         let mut found: Vec<u32> = match part {
@@ -508,8 +548,9 @@ impl CutLattice {
         self.grid.leaf(self.split.patches[patch as usize].brick)
     }
 
-    /// Hands out the shares of free particles in sub-cells: those inside, and where a body is thin those on its surface.
-    fn free(&self, mut with: impl FnMut(u32, &Point<3>, f64)) {
+    /// Hands out the shares in sub-cells of particles that are free whatever is fixed on the surface: those inside, and where a body is
+    /// thin those on its surface.
+    fn free(&self, with: impl FnMut(u32, usize, f64)) {
         let inner = self.placed.positions.iter().zip(&self.placed.on).filter(|(_, on)| on.is_empty());
         let mut cubes: BTreeMap<[i32; 3], Vec<Point<3>>> = BTreeMap::new();
         let cube = |x: &Point<3>| -> [i32; 3] { std::array::from_fn(|i| (x[i] / THIN).floor() as i32) };
@@ -523,12 +564,18 @@ impl CutLattice {
                 cubes.get(&near).is_none_or(|all| all.iter().all(|y| (x - y).norm() > THIN * scale))
             })
         };
+        let (positions, on) = (&self.placed.positions, &self.placed.on);
+        self.shares(|particle| on[particle].is_empty() || is_thin(&positions[particle]), with);
+    }
+
+    /// Hands out the shares of some particles in the sub-cells around them.
+    fn shares(&self, is_meant: impl Fn(usize) -> bool, mut with: impl FnMut(u32, usize, f64)) {
         let mut by_brick: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         for (number, part) in self.parts.parts.iter().enumerate() {
             by_brick.entry(part.brick).or_default().push(number as u32);
         }
-        for (x, on) in self.placed.positions.iter().zip(&self.placed.on) {
-            if !on.is_empty() && !is_thin(x) {
+        for (particle, x) in self.placed.positions.iter().enumerate() {
+            if !is_meant(particle) {
                 continue;
             }
             let scale = self.grid.leaf_scale(x);
@@ -536,6 +583,9 @@ impl CutLattice {
             for k in 0..8 {
                 let place = |i: usize| (x[i] / scale - 0.5).floor() as i32 + ((k >> i) & 1);
                 let at: [i32; 3] = std::array::from_fn(|i| place(i).max(0) * scale as i32);
+                if (0..3).any(|i| at[i] >= self.grid.counts[i] as i32) {
+                    continue;
+                }
                 let leaf = self.grid.leaf_of(self.grid.brick(at) as u32);
                 if !leaves.contains(&leaf) {
                     leaves.push(leaf);
@@ -545,7 +595,7 @@ impl CutLattice {
             let near: Vec<u32> = near.flatten().copied().collect();
             let whole: f64 = near.iter().map(|&part| self.parts.parts[part as usize].volume).sum();
             for part in near {
-                with(part, x, self.parts.parts[part as usize].volume / whole);
+                with(part, particle, self.parts.parts[part as usize].volume / whole);
             }
         }
     }
@@ -660,7 +710,10 @@ impl Cells<3> for CutLattice {
         for (part, zone) in self.parts.parts.iter().zip(&zone_of) {
             inner[*zone as usize].add_part(part);
         }
-        self.free(|part, x, share| inner[zone_of[part as usize] as usize].free.add(x, share));
+        let positions = &self.placed.positions;
+        self.free(|part, particle, share| {
+            inner[zone_of[part as usize] as usize].free.add(&positions[particle], share);
+        });
         let mut sides: Vec<BTreeMap<u32, f64>> = vec![BTreeMap::new(); count];
         for (section, beside) in self.sections.sections.iter().zip(&self.parts.beside) {
             if beside.contains(&NONE) {
@@ -677,30 +730,36 @@ impl Cells<3> for CutLattice {
         collect(&of_cell, kept)
     }
 
-    fn pressure_directions(&self, zones: &Zones) -> Option<Vec<Matrix3<f64>>> {
-        let count = zones.offsets.len().saturating_sub(1);
-        let mut zone_of = vec![NONE; self.parts.parts.len()];
-        let mut inner = vec![Inner::default(); count];
-        for zone in 0..count {
-            for &cell in &zones.cells[zones.offsets[zone]..zones.offsets[zone + 1]] {
-                for &part in &self.cells[cell as usize] {
-                    zone_of[part as usize] = zone as u32;
-                    inner[zone].add_part(&self.parts.parts[part as usize]);
+    fn free_particles(&self, zones: &Zones, free: &dyn Fn(usize) -> f64) -> Vec<ZoneParticles<3>> {
+        let (inner, zone_of) = self.inner(zones);
+        let mut seen = vec![(0.0, usize::MAX); inner.len()];
+        self.shares(
+            |_| true,
+            |part, particle, _| {
+                if let Some((worth, last)) =
+                    seen.get_mut(zone_of[part as usize] as usize).filter(|own| own.1 != particle)
+                {
+                    (*worth, *last) = (*worth + free(particle), particle);
                 }
-            }
-        }
-        self.free(|part, x, share| {
+            },
+        );
+        let of_zone = |(own, (free, _)): (&Inner, (f64, usize))| {
+            let (middle, thickness) = own.extent();
+            ZoneParticles { free, middle: self.frame.place(&middle), thickness: thickness * self.frame.size }
+        };
+        inner.iter().zip(seen).map(of_zone).collect()
+    }
+
+    fn pressure_directions(&self, zones: &Zones) -> Option<Vec<Matrix3<f64>>> {
+        let (mut inner, zone_of) = self.inner(zones);
+        let positions = &self.placed.positions;
+        self.free(|part, particle, share| {
             if let Some(own) = inner.get_mut(zone_of[part as usize] as usize) {
-                own.free.add(x, share);
+                own.free.add(&positions[particle], share);
             }
         });
-        Some(
-            inner
-                .iter()
-                .map(Inner::directions)
-                .map(|along| self.frame.axes.map_or(along, |axes| axes * along))
-                .collect(),
-        )
+        let along = inner.iter().map(Inner::directions);
+        Some(along.map(|along| self.frame.axes.map_or(along, |axes| axes * along)).collect())
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<3>, GeometryError> {

@@ -24,6 +24,7 @@ mod smoothing;
 mod triangulation;
 mod unstructured;
 mod voronoi;
+mod walls;
 mod zones;
 
 pub use crate::neighbours::Connections;
@@ -41,4 +42,4 @@ pub use smoothing::Smoothing;
 pub use triangulation::Triangulation;
 pub use unstructured::Unstructured;
 pub use voronoi::Voronoi;
-pub use zones::Zones;
+pub use zones::{ZoneParticles, Zones};

@@ -7,7 +7,8 @@ use crate::geometry::{Part, Point};
 use crate::particles::Particles;
 use crate::quadrature::Points;
 
-use super::{BoundaryCells, Connections, Lattice, Smoothing, TraceChoice, Zones};
+use super::zones::free_corners;
+use super::{BoundaryCells, Connections, Lattice, Smoothing, TraceChoice, ZoneParticles, Zones};
 
 /// Particles and the background cells between them: one partition hands out everything that must agree.
 ///
@@ -118,6 +119,13 @@ pub trait Cells<const D: usize>: Send + Sync {
     fn pressure_directions(&self, zones: &Zones) -> Option<Vec<SMatrix<f64, D, D>>> {
         let _ = zones;
         None
+    }
+
+    /// What zones have of free particles, where of each particle a part is free: what tells whether displacements can follow the pressures of
+    /// a zone. By default those at the corners of its cells.
+    fn free_particles(&self, zones: &Zones, free: &dyn Fn(usize) -> f64) -> Vec<ZoneParticles<D>> {
+        let corners: Vec<Vec<usize>> = (0..self.cell_count()).map(|cell| self.corners(cell)).collect();
+        free_corners(self.positions(), &corners, zones, free)
     }
 
     /// Gauss points, `n` per direction in each cell, grouped by zone.

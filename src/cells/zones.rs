@@ -3,9 +3,47 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ops::AddAssign;
 
+use nalgebra::{Matrix3, SymmetricEigen};
+
 use crate::error::GeometryError;
+use crate::geometry::{Point, padded};
 
 use super::mesh::{Mesh, NONE};
+
+/// What a zone has of free particles, and where it lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ZoneParticles<const D: usize> {
+    /// Particles in it and on its sides, of each the part that is free.
+    pub free: f64,
+    /// The middle of its volume \[length\].
+    pub middle: Point<D>,
+    /// Its thickness along the axis along which it is thinnest \[length\].
+    pub thickness: f64,
+}
+
+/// What zones have of free particles at the corners of their cells.
+pub(super) fn free_corners<const D: usize>(
+    positions: &[Point<D>],
+    corners: &[Vec<usize>],
+    zones: &Zones,
+    free: &dyn Fn(usize) -> f64,
+) -> Vec<ZoneParticles<D>> {
+    let of_zone = |range: &[usize]| {
+        let of_cells = zones.cells[range[0]..range[1]].iter().flat_map(|cell| &corners[*cell as usize]);
+        let own: BTreeSet<usize> = of_cells.copied().collect();
+        let worth = own.iter().map(|&corner| free(corner)).sum();
+        let middle = own.iter().map(|&corner| positions[corner]).sum::<Point<D>>() / own.len().max(1) as f64;
+        let off: Vec<Point<3>> = own.iter().map(|&corner| padded(&(positions[corner] - middle))).collect();
+        let spread = SymmetricEigen::new(off.iter().map(|off| off * off.transpose()).sum::<Matrix3<f64>>());
+        let mut order = [0, 1, 2];
+        crate::order::sort(&mut order, &|&a: &usize, &b| spread.eigenvalues[a].total_cmp(&spread.eigenvalues[b]));
+        // The axes that the zone does not have come first.
+        let across = spread.eigenvectors.column(order[3 - D.min(3)]);
+        let [low, high] = off.iter().map(|off| off.dot(&across)).fold([0.0f64; 2], |[l, h], x| [l.min(x), h.max(x)]);
+        ZoneParticles { free: worth, middle, thickness: high - low }
+    };
+    zones.offsets.windows(2).map(of_zone).collect()
+}
 
 /// A partition of the cells into zones that share a pressure.
 #[derive(Debug, Clone, PartialEq)]

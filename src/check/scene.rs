@@ -10,7 +10,8 @@ use crate::error::{ApproximationError, BoundaryError, Error};
 use crate::material::{Material, Past};
 use crate::paper::Cover;
 use crate::scene::{
-    ApproximationChoice, FixedInside, FreeMotion, Scene, Scheme, Value, fixed_inside, free_motions, kernel_functions,
+    ApproximationChoice, FixedInside, FreeMotion, Scene, Scheme, Value, fixed_inside, free_motions, is_stiff,
+    kernel_functions,
 };
 use crate::term::{Amplitude, Body, PressureField};
 
@@ -20,9 +21,6 @@ use super::{Finding, Report};
 /// Reciprocal condition number below which gradients start to lose digits (2e-8 off at 1e-6…1e-5, 1e-3 off at the
 /// limit of 1e-8 where points are refused).
 const RCOND: f64 = 1e-6;
-
-/// Bulk over shear modulus above which a point's volume counts as a constraint.
-const STIFF: f64 = 20.0;
 
 /// What a scene under a scheme is checked for before it is solved; all of it, where
 /// [`discretize`](Scene::discretize) stops at the first error.
@@ -252,16 +250,10 @@ fn largest_motion<const D: usize>(scene: &Scene<D>) -> Option<f64> {
 fn pressures<const D: usize>(body: &Body<D, std::sync::Arc<dyn Material>>) -> usize {
     let table = body.table();
     match body.field() {
-        PressureField::Displacement if body.material().volumetric().is_none() && !stiff(body.material()) => 0,
+        PressureField::Displacement if body.material().volumetric().is_none() && !is_stiff(body.material()) => 0,
         // Without pressures of its own each point constrains the volume all the same.
         PressureField::Displacement | PressureField::Pointwise => table.len(),
         PressureField::Constant => table.clusters().len(),
         PressureField::Linear => table.clusters().len() * (D + 1),
     }
-}
-
-/// Whether a material resists a change of volume at rest so much more than one of shape that it locks.
-fn stiff(material: &dyn Material) -> bool {
-    let moduli = material.initial_moduli();
-    moduli.bulk > STIFF * moduli.shear
 }

@@ -76,7 +76,7 @@ pub enum GeometryError {
     },
     /// A wall is too thin for the particle spacing.
     #[error(
-        "the wall at X = {at:?} is {thickness:e} thick, less than half the particle spacing {spacing:e}: give a spacing of at most {needed:e}"
+        "the wall at X = {at:?} is {thickness:e} thick, less than half the particle spacing {spacing:e}: give a spacing of at most {needed:e}, or refine there by Scheme::across or Scheme::graded"
     )]
     ThinWall {
         /// Its thickness \[length\].
@@ -88,9 +88,25 @@ pub enum GeometryError {
         /// A spacing that resolves it \[length\].
         needed: f64,
     },
+    /// Conditions leave the particles in a wall fewer displacements than its pressures need.
+    #[error(
+        "the body at X = {at:?} is about {thickness:e} thick, and conditions leave it {displacements:.1} displacements for {pressures} pressures: it would be far too stiff; halve the cells there, by a spacing of at most {spacing:e} or more particles, or allow it by Scheme::thin_walls"
+    )]
+    LockedWall {
+        /// A place in it.
+        at: Vec<f64>,
+        /// Its thickness \[length\].
+        thickness: f64,
+        /// Pressures of the zone there.
+        pressures: usize,
+        /// Displacements that conditions leave free there.
+        displacements: f64,
+        /// A spacing that suffices \[length\].
+        spacing: f64,
+    },
     /// A wall has fewer spacings across it than requested, even with the finest local refinement.
     #[error(
-        "the wall at X = {at:?} is {thickness:e} thick and cannot have {across} particle spacings across it, even with the finest local refinement of the spacing {spacing:e}: give a spacing of at most {needed:e}, request fewer spacings by Scheme::across, or refine there by Scheme::graded instead"
+        "the wall at X = {at:?} is {thickness:e} thick and cannot have {across} particle spacings across it, even with the finest local refinement of the spacing {spacing:e}: give a spacing of at most {needed:e}, refine there by Scheme::graded, request fewer spacings by Scheme::across, or allow what is thinner by Scheme::thin_walls"
     )]
     WallAcross {
         /// Its thickness \[length\].

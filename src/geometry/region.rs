@@ -19,7 +19,7 @@ pub struct Region {
     pub(crate) min: Point<2>,
     pub(crate) max: Point<2>,
     /// Chords of all loops, for tests of containment.
-    chords: Vec<(Point<2>, Point<2>)>,
+    pub(super) chords: Vec<(Point<2>, Point<2>)>,
     /// Centre and squared radius of the arcs of those chords that are not lines.
     circles: Vec<Option<(Point<2>, f64)>>,
 }

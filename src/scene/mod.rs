@@ -43,6 +43,7 @@ pub use discretisation::cover::Certificate;
 pub use discretisation::discrete_body::DiscreteBody;
 pub use discretisation::ownership::{LocalOwnership, TermOwnership};
 pub use discretisation::problem::Problem;
+pub(crate) use discretisation::thin_walls::is_stiff;
 pub use results::contact_state::{ContactPoint, ContactState};
 pub use results::free_motions::FreeMotion;
 pub(crate) use results::free_motions::free_motions;

@@ -1,11 +1,12 @@
 //! Walls of a solid: where its surface faces away from itself over a short distance.
 
+use std::collections::HashSet;
+
+pub(crate) use crate::geometry::OPPOSITE;
 use crate::geometry::Point;
 
 use super::closed::Solid3;
 
-/// Cosine beyond which two facets are the sides of a wall: those of an edge sharper than 10° are none.
-pub(crate) const OPPOSITE: f64 = 0.985;
 /// What rounding may put a point outside of a facet, as a part of its size.
 const EDGE: f64 = 1e-9;
 
@@ -14,16 +15,28 @@ const EDGE: f64 = 1e-9;
 pub(crate) struct Wall {
     pub(crate) corners: [Point<3>; 3],
     pub(crate) through: Point<3>,
+    /// Whether both sides are parallel.
+    pub(crate) is_even: bool,
 }
 
 impl Solid3 {
     /// The walls thinner than a length, along the normals of the surface in the middle of triangles whose sides are no longer than a step,
-    /// and where there is a wall than its thickness or a least length: boxes around them then hold little else.
-    pub(crate) fn walls(&self, thinner: f64, step: f64, least: f64) -> Vec<Wall> {
+    /// and where there is a wall than its thickness or a least length: boxes around them then hold little else. Of facets smaller than a step
+    /// one is looked at in each cube of that side that looks along the same axis, where they are `sampled`.
+    pub(crate) fn walls(&self, thinner: f64, step: f64, least: f64, sampled: bool) -> Vec<Wall> {
         let mut found = Vec::new();
+        let mut looked: HashSet<([i64; 3], usize, bool)> = HashSet::new();
         for facet in 0..self.facets.len() {
-            let inward = -self.normals[facet];
-            let mut open = vec![self.corners(facet)];
+            let (inward, corners) = (-self.normals[facet], self.corners(facet));
+            let is_small = (0..3).all(|k| (corners[k] - corners[(k + 1) % 3]).norm() < step);
+            if sampled && is_small {
+                let cube = std::array::from_fn(|i| (corners[0][i] / step).floor() as i64);
+                let axis = inward.iamax();
+                if !looked.insert((cube, axis, inward[axis] > 0.0)) {
+                    continue;
+                }
+            }
+            let mut open = vec![corners];
             while let Some([a, b, c]) = open.pop() {
                 // Halved across the longest side, which comes first.
                 let sides = [(a, b, c), (b, c, a), (c, a, b)];
@@ -37,8 +50,10 @@ impl Solid3 {
                 }
                 let from = (a + b + c) / 3.0;
                 match self.through(&from, &inward, thinner, facet as u32) {
-                    Some(thickness) if length > thickness.max(least) => open.extend(halves),
-                    Some(thickness) => found.push(Wall { corners: [a, b, c], through: inward * thickness }),
+                    Some((thickness, _)) if length > thickness.max(least) => open.extend(halves),
+                    Some((thickness, is_even)) => {
+                        found.push(Wall { corners: [a, b, c], through: inward * thickness, is_even });
+                    }
                     None => {}
                 }
             }
@@ -46,8 +61,8 @@ impl Solid3 {
         found
     }
 
-    /// The distance from a point of a facet along a direction to the other side of a wall there.
-    fn through(&self, from: &Point<3>, along: &Point<3>, thinner: f64, own: u32) -> Option<f64> {
+    /// The distance from a point of a facet along a direction to the other side of a wall there, and whether that is parallel.
+    fn through(&self, from: &Point<3>, along: &Point<3>, thinner: f64, own: u32) -> Option<(f64, bool)> {
         let to = from + along * thinner;
         let mut nearest: Option<(f64, f64)> = None;
         self.tree.for_each_in(&from.inf(&to), &from.sup(&to), |facet| {
@@ -64,6 +79,6 @@ impl Solid3 {
                 nearest = Some((distance, steep));
             }
         });
-        nearest.filter(|(_, steep)| *steep > OPPOSITE).map(|(distance, _)| distance)
+        nearest.filter(|(_, steep)| *steep > OPPOSITE).map(|(distance, steep)| (distance, steep > 1.0 - EDGE))
     }
 }

@@ -2,6 +2,7 @@
 
 mod holes;
 mod refined;
+mod thin;
 
 use std::collections::HashSet;
 use std::sync::Arc;

@@ -161,14 +161,15 @@ fn a_face_without_particles_of_its_own_keeps_those_at_its_ends() {
     assert_abs_diff_eq!(whole.sum::<f64>(), 0.0, epsilon = 1e-8);
 }
 
-/// REFERENCE: as above, for the surface of half of a turn. Where the curved wall owned the edge, the mean error was 3.3 %.
+/// REFERENCE: as above, for the surface of half of a turn. Where the curved wall owned the edge, the mean error was 3.3 %. Walls are left as
+/// they are: on refined lattices the error of the edges is another one.
 #[test]
 fn a_cut_mount_is_right_in_the_mean_and_the_order_of_parts_does_not_count() {
     let solid = mount::half(48).unwrap();
     let scene = || Scene::new(&solid, Solid, mount::rubber().unwrap());
     let insert = || Condition::on("insert").displacement([0.0, 0.0, -2.0]);
     let force = |scene: Scene<3>, spacing: f64| {
-        let problem = scene.discretize(&Scheme::default().spacing(spacing)).unwrap();
+        let problem = scene.discretize(&Scheme::default().spacing(spacing).thin_walls()).unwrap();
         let path = problem.run().unwrap().completed().unwrap();
         problem.reaction(path.last(), "base").unwrap()[2]
     };

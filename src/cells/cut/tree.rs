@@ -19,10 +19,16 @@ pub(super) struct Wanted<'a> {
     pub(super) solid: &'a Solid3,
     /// The largest spacing.
     pub(super) spacing: f64,
-    /// Spacings across walls at least.
-    pub(super) across: usize,
+    /// Walls with fewer spacings across are refined.
+    pub(super) fewest: f64,
+    /// Spacings that they have then at least.
+    pub(super) across: f64,
     /// The spacing wanted over the largest one.
     pub(super) grading: &'a dyn Fn(&Point<3>) -> f64,
+    /// Walls thinner than this part of the largest spacing are left.
+    pub(super) thinnest: f64,
+    /// Whether of small facets one in each half of a spacing is looked at, instead of all.
+    pub(super) sampled: bool,
 }
 
 /// A macro cell: how often it is halved, and its place in units of its width.
@@ -72,23 +78,46 @@ impl Wanted<'_> {
     }
 
     fn walls(&self, frame: &Frame) -> Vec<Across> {
-        if self.across == 0 {
-            return Vec::new();
-        }
-        let across = self.across as f64;
-        // Points a brick apart see a wall from each brick; none are closer than the width of the smallest macro cells.
-        let least = self.spacing * 2.0 / f64::from(1 << DEEPEST);
-        // No wall is thicker than the solid is long.
-        let Bounds { low, high } = Bounds::of(self.solid.vertices());
-        let thinner = (across * self.spacing).min((high - low).norm());
-        let walls = self.solid.walls(thinner, 0.5 * self.spacing, least).into_iter();
-        let local = |Wall { corners, through }: Wall| {
+        let across = self.across;
+        let local = |Wall { corners, through, .. }: Wall| {
             let sides: Vec<Point<3>> =
                 corners.iter().flat_map(|x| [*x, x + through].map(|x| frame.local(&x))).collect();
             let Bounds { low, high } = Bounds::of(&sides);
             Across { low, high, wanted: through.norm() / across / self.spacing }
         };
-        walls.map(local).collect()
+        let least = self.thinnest * self.spacing * (1.0 - SLACK);
+        self.seen().into_iter().filter(|wall| wall.through.norm() >= least).map(local).collect()
+    }
+
+    /// Whether there are walls to be refined.
+    ///
+    /// # Errors
+    /// For walls too thin for that whose sides are parallel: those that taper off may be followed by the particles of what is beside them.
+    pub(super) fn has_walls(&self) -> Result<bool, GeometryError> {
+        let least = self.thinnest * self.spacing * (1.0 - SLACK);
+        let walls = self.seen();
+        let thin = walls.iter().filter(|wall| wall.is_even && wall.through.norm() < least);
+        if let Some(wall) = thin.min_by(|a, b| a.through.norm().total_cmp(&b.through.norm())) {
+            let thickness = wall.through.norm();
+            let at = (wall.corners.iter().sum::<Point<3>>() / 3.0 + wall.through * 0.5).as_slice().to_vec();
+            let (across, needed) = (self.across as usize, thickness / self.thinnest);
+            return Err(GeometryError::WallAcross { thickness, at, across, spacing: self.spacing, needed });
+        }
+        Ok(walls.iter().any(|wall| wall.through.norm() >= least))
+    }
+
+    /// The walls that are thinner than wanted.
+    fn seen(&self) -> Vec<Wall> {
+        if !(self.fewest > 0.0) {
+            return Vec::new();
+        }
+        // Points a brick apart see a wall from each brick; none are closer than the width of the smallest macro cells.
+        let least = self.spacing * 2.0 / f64::from(1 << DEEPEST);
+        // No wall is thicker than the solid is long.
+        let Bounds { low, high } = Bounds::of(self.solid.vertices());
+        let wanted = self.fewest * self.spacing * (1.0 - SLACK);
+        let walls = self.solid.walls(wanted.min((high - low).norm()), 0.5 * self.spacing, least, self.sampled);
+        walls.into_iter().filter(|wall| wall.through.norm() < wanted).collect()
     }
 
     /// Whether particles between the corners of a macro cell are wanted closer than they are.
@@ -124,9 +153,9 @@ impl Wanted<'_> {
 
     fn too_thin(&self, wall: &Across, frame: &Frame) -> GeometryError {
         GeometryError::WallAcross {
-            thickness: wall.wanted * self.across as f64 * self.spacing,
+            thickness: wall.wanted * self.across * self.spacing,
             at: frame.place(&((wall.low + wall.high) * 0.5)).as_slice().to_vec(),
-            across: self.across,
+            across: self.across as usize,
             spacing: self.spacing,
             needed: wall.wanted * self.spacing * f64::from(1 << DEEPEST),
         }

@@ -73,6 +73,12 @@ impl Inner {
         self.free.weight
     }
 
+    /// The middle of its volume, and the least side of a block with its variance.
+    pub(super) fn extent(&self) -> (Point<3>, f64) {
+        let least = SymmetricEigen::new(self.volume.variance()).eigenvalues.min().max(0.0);
+        (self.volume.first / self.volume.weight, (12.0 * least).sqrt())
+    }
+
     /// Directions along which a pressure may vary, those in which free particles spread, as many as there are particles enough for; the
     /// other columns are zero.
     pub(super) fn directions(&self) -> Matrix3<f64> {

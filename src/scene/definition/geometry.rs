@@ -53,13 +53,18 @@ impl From<Region> for Geometry<2> {
     fn from(region: Region) -> Self {
         let scattering = move |scheme: &Scheme| -> Result<Arc<dyn Cells<2>>, Error> {
             let grading = |x: &Point<2>| scheme.grading.as_ref().map_or(1.0, |grading| grading(x.as_slice()));
-            let triangles = match &scheme.resolution_or_default() {
-                Resolution::Spacing(h) => Triangulation::scattered(&region, |x| h * grading(x), &scheme.scatter)?,
+            let (spacing, count) = match &scheme.resolution_or_default() {
+                Resolution::Spacing(h) => (*h, None),
                 Resolution::Counts(counts) => {
                     let counts: [usize; 2] = some_per_axis(counts)?;
-                    let count = counts[0].saturating_mul(counts[1]);
-                    Triangulation::about(&region, count, grading, &scheme.scatter)?
+                    (1.0, Some(counts[0].saturating_mul(counts[1])))
                 }
+            };
+            let spacing = |x: &Point<2>| spacing * grading(x);
+            let triangles = match (scheme.thin_walls, count) {
+                (false, _) => Triangulation::walled(&region, count, spacing, &scheme.scatter)?,
+                (true, None) => Triangulation::scattered(&region, spacing, &scheme.scatter)?,
+                (true, Some(count)) => Triangulation::about(&region, count, spacing, &scheme.scatter)?,
             };
             Ok(match scheme.partition {
                 Partition::Triangles => Arc::new(triangles),
@@ -101,10 +106,12 @@ impl From<Solid3> for Geometry<3> {
                     }
                 }
             };
-            Ok(Arc::new(match (&scheme.grading, scheme.across) {
+            let grading = |x: &Point<3>| scheme.grading.as_ref().map_or(1.0, |grading| grading(x.as_slice()));
+            let graded: Option<&dyn Fn(&Point<3>) -> f64> = scheme.grading.as_ref().map(|_| &grading as _);
+            Ok(Arc::new(match (graded, scheme.across) {
+                (graded, 0) if !scheme.thin_walls => CutLattice::walled(&solid, spacing, graded)?,
                 (None, 0) => CutLattice::new(&solid, spacing)?,
-                (None, across) => CutLattice::refined(&solid, spacing, across, |_| 1.0)?,
-                (Some(grading), across) => CutLattice::refined(&solid, spacing, across, |x| grading(x.as_slice()))?,
+                (_, across) => CutLattice::refined(&solid, spacing, across, grading)?,
             }))
         };
         Geometry { source: Source::Scattered(Arc::new(lattice)) }

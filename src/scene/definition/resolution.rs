@@ -4,8 +4,10 @@ use crate::error::{Error, GeometryError, Invalid};
 use crate::geometry::{Domain, Point};
 
 use super::scheme::Scheme;
-use super::scheme_choices::Resolution;
+use super::scheme_choices::{ApproximationChoice, Resolution};
 
+/// Cells across a block thinner than a spacing: with two bending is 6 % too soft, with four 0.3 %.
+const ACROSS: usize = 4;
 /// Particles along each axis where a scheme does not say.
 const COUNT: usize = 9;
 
@@ -25,7 +27,9 @@ pub(crate) fn counts<const D: usize>(domain: &dyn Domain<D>, scheme: &Scheme) ->
                 return Err(Invalid::new("particle spacing", *spacing, "give a finite length above zero").into());
             }
             let lengths = edge_lengths(domain);
-            Ok(lengths.map(|longest| (longest / spacing - 1e-9).ceil().clamp(1.0, 1e12) as usize + 1))
+            let counts = lengths.map(|longest| (longest / spacing - 1e-9).ceil().clamp(1.0, 1e12) as usize);
+            let is_refined = D > 1 && scheme.approximation == ApproximationChoice::Particles && !scheme.thin_walls;
+            Ok(counts.map(|count| if is_refined && count == 1 { ACROSS } else { count } + 1))
         }
     }
 }

@@ -40,6 +40,8 @@ pub struct Scheme {
     pub(crate) grading: Option<Grading>,
     /// Spacings across walls of solids at least, see [`across`](Scheme::across).
     pub(crate) across: usize,
+    /// Whether thin walls are left as they are, see [`thin_walls`](Scheme::thin_walls).
+    pub(crate) thin_walls: bool,
     /// The cells between them.
     pub(crate) partition: Partition,
     /// Order of the basis.
@@ -83,6 +85,7 @@ impl fmt::Debug for Scheme {
             .field("layout", &self.layout)
             .field("scatter", &self.scatter)
             .field("across", &self.across)
+            .field("thin_walls", &self.thin_walls)
             .field("partition", &self.partition)
             .field("order", &self.order)
             .field("dilation", &self.dilation)
@@ -111,6 +114,7 @@ impl Default for Scheme {
             scatter: Scatter::default(),
             grading: None,
             across: 0,
+            thin_walls: false,
             partition: Partition::Triangles,
             order: 1,
             kernel: Arc::new(CubicSpline),
@@ -186,9 +190,19 @@ impl Scheme {
 
     /// Sets the least number of particle spacings across each wall of a solid: blocks of cells are halved in thinner walls, down to 1/16 of
     /// the spacing ([`CutLattice::refined`](crate::cells::CutLattice::refined)), and walls that need less are refused. With 0, the default,
-    /// walls are not looked at. Bodies that are not solids are refused.
+    /// thin walls have three where three halvings give them, see [`thin_walls`](Scheme::thin_walls). Bodies that are not solids are refused.
     pub fn across(mut self, spacings: usize) -> Self {
         self.across = spacings;
+        self
+    }
+
+    /// Leaves thin walls as they are. Without this call, walls of planar regions under two spacings get six, those of solids under two and
+    /// a half get three to six, and blocks thinner than a given spacing get four cells. What cannot be refined enough is refused, and so
+    /// are blocks with given counts and meshes where conditions leave a zone fewer displacements than it has pressures.
+    ///
+    /// A wall with one cell across is far too stiff where both faces are bonded, and bends wrongly where they are free.
+    pub fn thin_walls(mut self) -> Self {
+        self.thin_walls = true;
         self
     }
 

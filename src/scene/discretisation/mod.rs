@@ -27,5 +27,6 @@ pub(super) mod rigid;
 pub(super) mod rule;
 pub(super) mod sharing;
 pub(super) mod space;
+pub(super) mod thin_walls;
 pub(super) mod unmeasured;
 pub(super) mod unused;

@@ -10,6 +10,7 @@ use super::conditions::{Prescribed, Refused};
 use super::facet_rule::Facets;
 use super::one_body::{BodyInput, BuiltBody, FINER, Tables, clocked, expanding, load_tables, material};
 use super::rule::body_table;
+use super::thin_walls;
 use crate::scene::ConstraintKind;
 
 /// Reproducing kernel particles.
@@ -27,11 +28,21 @@ pub(crate) fn particles<const D: usize>(
         Ok((clocked(scene, Body::projecting(table, law, field, scheme.measure))?, facets, zone))
     });
     let (mut body, facets, zone) = sharing.agreed(body)?;
+    let over_boundary = match scheme.constraint_kind {
+        ConstraintKind::Auto => D > 1,
+        ConstraintKind::AtParticles => false,
+        ConstraintKind::OverBoundary => true,
+    };
+    let rule = over_boundary.then_some(facets);
+    let Prescribed { equations, placed, ties } = definition.prescribed(&approximation, rule, refused)?;
     // Of clusters that are zones of cells.
-    if let Some(directions) =
-        zone.and_then(|size| cells.pressure_directions(&sharing.zones(&**cells, cells.zones(size))))
-    {
-        body = body.varying_along(&directions);
+    let zones = zone.map(|size| sharing.zones(&**cells, cells.zones(size)));
+    if let Some(zones) = &zones {
+        if let Some(directions) = cells.pressure_directions(zones) {
+            body = body.varying_along(&directions);
+        }
+        let free = thin_walls::free::<D>(&equations, cells.positions().len());
+        sharing.agreed(thin_walls::refuse(scheme, (&**cells, zones), &body, &free, refused))?;
     }
     if let Some(fewest) = sharing.fewest(body.fewest()) {
         body = body.with_fewest(fewest);
@@ -50,14 +61,7 @@ pub(crate) fn particles<const D: usize>(
             ShapeTable::new(&approximation, &points.retained(|x| place.holds(x)), kinematics)
         },
     };
-    let over_boundary = match scheme.constraint_kind {
-        ConstraintKind::Auto => D > 1,
-        ConstraintKind::AtParticles => false,
-        ConstraintKind::OverBoundary => true,
-    };
     let loads = load_tables(definition, &approximation, &tables)?;
-    let rule = over_boundary.then_some(facets);
-    let Prescribed { equations, placed, ties } = definition.prescribed(&approximation, rule, refused)?;
     let krylov = match super::space::is_one_body(scene) {
         true => super::space::krylov(scene, scheme, &**cells, &approximation, &body, &equations, sharing)?,
         false => None,
