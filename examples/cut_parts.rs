@@ -177,7 +177,7 @@ fn loaded(solid: &Solid3, scheme: &Scheme, shear: bool) -> Result<bool, rkpm::Er
     let scene = Scene::new(solid, Solid, rubber(1e3)?)
         .hold(Place::from(Part::Whole).within(move |x| x[2] < low))
         .with(Condition::on(Place::from(Part::Whole).within(move |x| x[2] > high)).displacement(moved));
-    // Coarse as they are, a quarter of the pressed ones are in doubt.
+    // Whether the run reaches its last load: `completed` refuses solids this coarse.
     Ok(scene.discretize(scheme)?.run()?.reached().is_ok())
 }
 

@@ -571,7 +571,7 @@ pub fn disks(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
 }
 
 /// A clamped disc under 45 psi: its deflection at the axis in the middle of its thickness compared with fine elements, and what a tolerance
-/// costs. Lengths in in, stresses in psi. Elements graded towards the edge, whose strain has no bound, end in a limit point at 0.36 of the load.
+/// costs. Lengths in in, stresses in psi.
 pub fn clamped(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
     let middle = [0.0, 0.25];
     let disk = Scene::new(Block::new([0.0, 0.0], [7.5, 0.5]), Axisymmetric, Rubber::mooney_rivlin(80.0, 20.0, 1e5)?)

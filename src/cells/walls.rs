@@ -8,10 +8,11 @@ use super::triangulation::Triangulation;
 
 /// Walls of regions with fewer spacings across are refined: with one, no particle in the middle is free where both faces are fixed.
 const FEWEST: f64 = 2.0;
-/// Spacings across walls of regions that are refined: with n corners leave an error of 0.2/n of the energy, averages over sub-cells leave
-/// out $1/(2n)^2$ of that of bending, and scattered particles add up to 2 %.
+/// Spacings across walls of regions that are refined: with n the error of re-entrant corners falls as 1/n, and averages over sub-cells leave
+/// out $1/(2n)^2$ of the energy of bending.
 const ACROSS: usize = 6;
-/// Spacings in walls over those asked for, at least: thinner ones are an error, and where a body tapers off spacings end there.
+/// Smallest spacing in walls over the one asked for. Walls that need a smaller one are an error; where a body tapers off spacings stay at
+/// this one.
 const FINEST: f64 = 1.0 / 32.0;
 /// Part of a spacing by which one may be below it: rounding.
 const SLACK: f64 = 1e-9;
@@ -35,7 +36,8 @@ impl Walls {
         let least = |wall: &Wall| across * FINEST * spacing(&wall.from) * (1.0 - SLACK);
         let too_thin = |wall: &&Wall| thickness(wall).is_some_and(|own| own < least(wall));
         let is_followed = |wall: &Wall| {
-            let near = |other: &&Wall| (other.from - wall.from).norm() <= NEAR * spacing(&wall.from);
+            let within = NEAR * spacing(&wall.from);
+            let near = |other: &&Wall| (other.from - wall.from).norm() <= within;
             all.iter().filter(near).any(|other| !too_thin(&other))
         };
         let thinnest = |a: &&Wall, b: &&Wall| thickness(a).unwrap_or(0.0).total_cmp(&thickness(b).unwrap_or(0.0));
@@ -66,8 +68,8 @@ impl Walls {
 }
 
 impl Triangulation {
-    /// Scatters particles with at least [`FEWEST`] spacings across each wall, a largest spacing apart or, where a number is given, as many as
-    /// that and what walls need more.
+    /// Scatters particles, a largest spacing apart or, where a number is given, as many as that and what walls need more. Walls with less
+    /// than [`FEWEST`] spacings across get [`ACROSS`].
     ///
     /// # Errors
     /// As [`scattered`](Triangulation::scattered), and for walls that are much thinner than a spacing.

@@ -15,7 +15,7 @@ use super::mesh::{Mesh, NONE};
 pub struct ZoneParticles<const D: usize> {
     /// Particles in it and on its sides, of each the part that is free.
     pub free: f64,
-    /// The middle of its volume \[length\].
+    /// The middle of its volume, or of the corners of its cells \[length\].
     pub middle: Point<D>,
     /// Its thickness along the axis along which it is thinnest \[length\].
     pub thickness: f64,

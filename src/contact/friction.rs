@@ -5,7 +5,7 @@ use crate::term::Element;
 
 use super::law::{Slipping, Touch, is_at_limit};
 
-/// Steps of the load go no further where there is friction, which knows where a body comes from.
+/// Largest step of the load factor with friction, whose forces depend on the path.
 const FRICTION_STEP: f64 = 0.1;
 
 /// The farthest load factor of a step with friction: equal parts of the way, the last of which ends where it does.

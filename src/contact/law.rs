@@ -129,8 +129,11 @@ impl ContactLaw {
         [before, after]: [&[f64]; 2],
         slip: impl Fn(usize) -> Point<D>,
     ) -> f64 {
+        if !self.has_friction() {
+            return 0.0;
+        }
         let mut work = 0.0;
-        for (k, trace) in surface.traces.iter().enumerate().take(if self.has_friction() { usize::MAX } else { 0 }) {
+        for (k, trace) in surface.traces.iter().enumerate() {
             let [now, was] = [after, before].map(|condensed| self.pressure::<D>(k, condensed).1);
             work -= 0.5 * trace.area * (now + was).dot(&slip(k));
         }
@@ -138,9 +141,12 @@ impl ContactLaw {
     }
 }
 
+/// Part of the limit of friction by which the traction of a trace function that slides may fall short: what Newton's tolerance leaves.
+const AT_LIMIT: f64 = 1e-6;
+
 /// Whether a traction is as long as friction lets it be.
 pub(super) fn is_at_limit<const D: usize>(friction: f64, pressure: f64, traction: &Point<D>) -> bool {
-    traction.norm() >= (1.0 - 1e-6) * friction * pressure
+    traction.norm() >= (1.0 - AT_LIMIT) * friction * pressure
 }
 
 /// A trace function at a state, and what the law asks of it.
@@ -166,7 +172,7 @@ pub(super) struct Touch<const D: usize> {
 /// How a trace function slips along what is opposite.
 pub(super) struct Slipping<const D: usize> {
     pub normal: Point<D>,
-    /// Mean displacement beside the other surface since the last converged state, and its change with the load factor.
+    /// Mean displacement relative to the other surface since the last converged state, and its change with the load factor.
     pub slip: Point<D>,
     pub by_load: Point<D>,
 }

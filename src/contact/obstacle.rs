@@ -550,9 +550,8 @@ impl<const D: usize> Unilateral for RigidContact<D> {
     }
 
     fn check_step(&self, before: View<'_>, after: View<'_>) -> Option<String> {
-        let traces = 0..self.contact_surface.traces.len();
         let (contact, load) = (self.surface.name.clone(), after.load);
-        if let Some(at) = traces.clone().find_map(|trace| self.passed_end(trace, &after)) {
+        if let Some(at) = (0..self.contact_surface.traces.len()).find_map(|trace| self.passed_end(trace, &after)) {
             return Some(ContactError::PassedEnd { contact, at: at.as_slice().to_vec(), load }.to_string());
         }
         let at = self.passed_through(&before, &after)?;

@@ -196,6 +196,9 @@ impl Overlap {
                     kept.push([0, 1].map(|i| at[i] + part * (next[i] - at[i])));
                 }
             }
+            if kept.len() < 3 {
+                return false;
+            }
             polygon = kept;
         }
         twice_area(&polygon) > more

@@ -67,15 +67,13 @@ pub(super) struct Means<const D: usize> {
 
 impl<const D: usize> Means<D> {
     pub(crate) fn of(contact_surface: &ContactSurface<D>, positions: &[Point<D>]) -> Self {
-        let mut over: Vec<Vec<(u32, f64)>> = vec![Vec::new(); contact_surface.table.len()];
         let mut at = Vec::with_capacity(contact_surface.traces.len());
-        for (k, trace) in contact_surface.traces.iter().enumerate() {
+        for trace in &contact_surface.traces {
             let mean = |&(point, weight): &(u32, f64)| contact_surface.table.positions()[point as usize] * weight;
             at.push(trace.points.iter().map(mean).sum::<Point<D>>() / trace.area);
-            trace.points.iter().for_each(|&(point, weight)| over[point as usize].push((k as u32, weight)));
         }
         let mut shared: Vec<Vec<(u32, f64)>> = vec![Vec::new(); contact_surface.traces.len()];
-        for (traces, weight) in over.iter().zip(contact_surface.table.weights()) {
+        for (traces, weight) in contact_surface.over.iter().zip(contact_surface.table.weights()) {
             for &(k, mine) in traces {
                 for &(l, its) in traces.iter().filter(|(l, _)| *l != k) {
                     let list = &mut shared[k as usize];

@@ -106,7 +106,7 @@ pub enum GeometryError {
     },
     /// A wall has fewer spacings across it than requested, even with the finest local refinement.
     #[error(
-        "the wall at X = {at:?} is {thickness:e} thick and cannot have {across} particle spacings across it, even with the finest local refinement of the spacing {spacing:e}: give a spacing of at most {needed:e}, refine there by Scheme::graded, request fewer spacings by Scheme::across, or allow what is thinner by Scheme::thin_walls"
+        "the wall at X = {at:?} is {thickness:e} thick and cannot have {across} particle spacings across it, even with the finest local refinement of the spacing {spacing:e}: give a spacing of at most {needed:e}, refine there by Scheme::graded, in a solid request fewer spacings by Scheme::across, or leave walls as they are by Scheme::thin_walls without Scheme::across"
     )]
     WallAcross {
         /// Its thickness \[length\].

@@ -4,9 +4,9 @@ use super::{Point, Region};
 
 /// Cosine of the angle within which sides of a wall face away from each other, 10°.
 pub(crate) const OPPOSITE: f64 = 0.985;
-/// Part of a length by which a side is off its own line: rounding.
+/// Rounding, as a part of a side and of the largest thickness.
 const EDGE: f64 = 1e-9;
-/// Pieces of one line beyond which walls are not looked for: with as many particles along it, a region has more than any computer holds.
+/// Pieces of one line beyond which walls are not looked for: particles that close together would not fit into memory.
 const MOST: f64 = 1e5;
 
 /// Some of a wall: the middle of a piece of one side, what leads from it to the other side, and half the length of the piece.

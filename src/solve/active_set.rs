@@ -26,7 +26,7 @@ const LEAST_PART: f64 = 0.1;
 ///
 /// Where the matrix is not definite, Newton's method is drawn to an unstable equilibrium on the wrong side of a contact, which then
 /// opens or closes, and back: a shift of the diagonal that makes the matrix definite turns its steps into those of a body in a viscous
-/// medium, which leave that equilibrium for a stable state. As they shorten, the shift falls (pseudo-transient continuation). Where the
+/// medium, which leave that equilibrium for a stable state. The shift falls after each iteration (pseudo-transient continuation). Where the
 /// matrix is definite, the forces have a kink between two states (the end of an arc of a tool): parts of steps by Aitken's rule
 /// $$\omega_{k+1} = -\omega_k\,\frac{\delta_k\cdot(\delta_{k+1} - \delta_k)}{|\delta_{k+1} - \delta_k|^2}$$
 /// converge to the kink, and are whole steps where the forces are smooth. Neither changes a state to which the method converges.

@@ -90,7 +90,7 @@ impl Analysis {
                 .into());
             }
         }
-        // One of those that were checked.
+        // The last state is one of those checked above: its numbers are finite.
         if let Some(why) = model.at_own(path.last()).fault() {
             return Err(Cause::Term(why).into());
         }

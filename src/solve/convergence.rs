@@ -67,31 +67,16 @@ impl<'a> Convergence<'a> {
     }
 }
 
-/// How much of each step is taken: what keeps the material from inverting, less what damps contacts that open and close.
+/// Steps in a row that the step limiter has cut short.
 #[derive(Default)]
-pub(super) struct StepLength {
-    pub factor: f64,
-    damping: f64,
-    /// Small factors in a row.
-    small: usize,
-}
+pub(super) struct CutSteps(usize);
 
-impl StepLength {
-    /// Takes note of what was taken of a step, and what of it would have been by damping alone.
-    pub(crate) fn choose(&mut self, factor: f64, damping: f64) {
-        (self.factor, self.damping) = (factor, damping);
-    }
-
-    /// Whether the step limiter has let the whole step pass.
-    pub(crate) fn is_admissible(&self) -> bool {
-        self.factor == self.damping
-    }
-
-    /// Ends attempts whose steps are cut again and again.
-    pub(crate) fn check(&mut self, number: usize) -> Result<(), Cause> {
-        self.small = if number >= 2 && self.factor < SMALL_FACTOR * self.damping { self.small + 1 } else { 0 };
-        if self.small >= SMALL_FACTORS {
-            return Err(Cause::StepLimited { factor: self.factor });
+impl CutSteps {
+    /// Ends attempts whose steps are cut again and again: of this one a factor was taken, and would have been by damping alone.
+    pub(crate) fn check(&mut self, number: usize, factor: f64, damping: f64) -> Result<(), Cause> {
+        self.0 = if number >= 2 && factor < SMALL_FACTOR * damping { self.0 + 1 } else { 0 };
+        if self.0 >= SMALL_FACTORS {
+            return Err(Cause::StepLimited { factor });
         }
         Ok(())
     }

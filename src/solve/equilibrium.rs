@@ -146,7 +146,8 @@ impl<'a> Equilibrium<'a> {
     }
 
     /// The same with a multiple of the median of the matrix's diagonal added to the diagonal: steps become shorter, as in a viscous
-    /// medium or within a trust region, and keep their direction downhill where the matrix itself is indefinite.
+    /// medium or within a trust region, and keep their direction downhill where the matrix itself is indefinite. A shift that is not above
+    /// zero adds nothing.
     ///
     /// # Errors
     /// As [`linearize`](Equilibrium::linearize).
@@ -205,6 +206,9 @@ impl<'a> Equilibrium<'a> {
         state.check_lengths(self.model, self.equations)?;
         self.check("displacement of a step", step.displacement.len(), self.model.unknowns())?;
         self.check("multipliers of a step", step.multipliers.len(), self.equations.len())?;
+        if !step.kept.is_empty() {
+            self.check("pressures of a step", step.kept.len(), self.system.zones.len())?;
+        }
         self.condensed.resize(state.condensed.len(), Vec::new());
         for (own, condensed) in self.condensed.iter_mut().zip(&state.condensed) {
             own.clear();
@@ -294,7 +298,7 @@ impl<'a> Equilibrium<'a> {
         self.motion_limit.get_or_init(|| MotionLimit::new(self.model, self.equations))
     }
 
-    /// The largest $|\nabla u|$ of a displacement: how far from linear a step is.
+    /// The largest $|\nabla u|$ of a displacement: how far from linear a step is; NaN for a list of another length than this problem has.
     pub fn largest_gradient(&self, displacement: &[f64]) -> f64 {
         if displacement.len() == self.model.unknowns() { self.model.largest_gradient(displacement) } else { f64::NAN }
     }

@@ -3,7 +3,7 @@
 use crate::error::Cause;
 
 use super::active_set::ActiveSetCycling;
-use super::convergence::{Convergence, StepLength};
+use super::convergence::{Convergence, CutSteps};
 use super::equilibrium::{Equilibrium, Linearized};
 use super::functional::Control;
 use super::increment::Increment;
@@ -57,7 +57,7 @@ impl Equilibrium<'_> {
         let unilateral = model.is_unilateral();
         let mut cycling = ActiveSetCycling::new(unilateral, model.hold_searches(false));
         let mut convergence = Convergence::new(settings, attempt.predicted && !unilateral);
-        let mut length = StepLength::default();
+        let mut cut = CutSteps::default();
         if let Control::Load(load) = control {
             state.load = load;
         }
@@ -80,7 +80,6 @@ impl Equilibrium<'_> {
             }
             let damping = cycling.damping(&step.displacement);
             let applied = self.apply(&step, damping, state)?;
-            length.choose(applied.part, damping);
             if cycling.held && !held {
                 held = model.hold_searches(true);
             }
@@ -95,7 +94,7 @@ impl Equilibrium<'_> {
             if close && step.left > 0.0 {
                 near.get_or_insert(number);
             }
-            let settled = length.is_admissible() && cycling.shift == 0.0;
+            let settled = applied.admissible && cycling.shift == 0.0;
             let unstable = stable && modes > 0;
             if settled && convergence.is_reached(&applied, residual, step.left) {
                 if !unstable {
@@ -116,7 +115,7 @@ impl Equilibrium<'_> {
                     return Ok(number);
                 }
             }
-            length.check(number)?;
+            cut.check(number, applied.part, damping)?;
         }
         Err(Cause::Iterations(settings.iterations).into())
     }

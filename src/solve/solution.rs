@@ -129,7 +129,7 @@ impl Equilibrium<'_> {
         let mut solution = rhs.to_vec();
         let (solver, reduced) = self.reduced();
         let left = solver.solve(&reduced, &mut solution, pressures)?;
-        // Iterations do not refine.
+        // An iterative solver tells what it has left; sweeps would not reduce it.
         if left > 0.0 {
             return Ok((solution, left));
         }

@@ -121,8 +121,10 @@ impl<'a> StepRule<'a> {
                 if run.previous.is_none() && self.touching.is_none() {
                     self.touching = run.touching();
                 }
-                let touching = self.touching.clone().filter(|_| run.previous.is_none());
-                let start = touching.unwrap_or_else(|| run.predicted(ratio));
+                let start = match (&self.touching, &run.previous) {
+                    (Some(touching), None) => touching.clone(),
+                    _ => run.predicted(ratio),
+                };
                 run.attempt(start, Control::Functional(functional, next))
             }
         }

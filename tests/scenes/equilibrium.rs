@@ -1,4 +1,4 @@
-//! Equilibrium in the open: solutions beside laws of linear algebra, closed forms and the run of the crate itself. Loops of one's own
+//! `Problem::equilibrium`: its solutions compared with laws of linear algebra, closed forms and the run of the crate. Loops of one's own
 //! are in the book (`docs/book/loops.md`).
 
 use std::f64::consts::PI;
@@ -47,7 +47,7 @@ fn dual_solutions_are_those_of_the_transpose() -> Result<(), rkpm::Error> {
         let ([forth, back], size) =
             ([dot(&f, &answer.displacement), dot(&b, &dual.displacement)], dot(&f, &other.displacement));
         assert!(abs_diff_eq!(forth, back, epsilon = 1e-5 * size.abs()), "{multipliers}: {forth} and {back}");
-        // The matrix itself is no transpose of its own.
+        // The matrix is not symmetric.
         assert!(
             (forth - dot(&b, &other.displacement)).abs() > 1e-3 * size.abs(),
             "{multipliers}: friction slides nowhere"

@@ -145,8 +145,6 @@ fn free_surfaces_carry_no_traction() {
     }
 }
 
-/// On a few cells stresses are coarse, not wrong: drawn blocks, bonded at both ends, sheared and pressed or pulled, with four cells over the
-/// height beside sixteen; a quadratic polynomial over all of a body meets equilibrium and free sides only where it leaves the data.
 /// A block pressed by a smooth plane or another block is homogeneous: its stress on the face in contact is that inside.
 #[test]
 fn faces_in_contact_carry_the_stress_that_presses_them() {
@@ -205,6 +203,8 @@ fn sheets_that_expand_carry_the_pressure_on_their_edges() {
     }
 }
 
+/// On a few cells stresses are coarse, not wrong: drawn blocks, bonded at both ends, sheared and pressed or pulled, with four cells over the
+/// height beside sixteen; a quadratic polynomial over all of a body meets equilibrium and free sides only where it leaves the data.
 #[test]
 fn coarse_models_tell_the_stress_too() {
     let mut random = fastrand::Rng::with_seed(77);

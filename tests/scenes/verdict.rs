@@ -286,7 +286,8 @@ fn tips_between_particles_are_told() {
             let off = 1.0 - coarse.0 / finest.0;
             let told = coarse.1.sqrt();
             println!("{way}: {off:.3} is told as {told:.3}");
-            assert!(off > 0.6 * told && off < 2.0 * told, "{way}: {off:.3} is told as {told:.3}");
+            // Measured: 0.92 to 1.25.
+            assert!(off > 0.8 * told && off < 1.4 * told, "{way}: {off:.3} is told as {told:.3}");
         }
     }
 }

@@ -345,7 +345,7 @@ fn one_pressure_per_cell_has_a_checkerboard() {
     // So have Q1/P0 elements, of which it is known; and linear pressures per cell have dozens.
     let elements = inf_sup(&scene, &Scheme::elements(1).particles([9])).unwrap();
     assert!(elements.spurious == 1 && elements.constant < 1e-6, "{elements:?}");
-    // In corners they are more than displacements, on purpose.
+    // Zones in corners have more pressures than free displacements, on purpose.
     let linear = Scheme::default().pressure_field(PressureField::Linear, 1).thin_walls();
     let linear = inf_sup(&scene, &linear.particles([9])).unwrap();
     assert!(linear.spurious > 24, "{linear:?}");

@@ -1,5 +1,6 @@
 //! Where a lattice is refined: a tree of macro cells that are halved, by one halving more than what they touch at most.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 use crate::error::{GeometryError, Invalid};
@@ -29,6 +30,8 @@ pub(super) struct Wanted<'a> {
     pub(super) thinnest: f64,
     /// Whether of small facets one in each half of a spacing is looked at, instead of all.
     pub(super) sampled: bool,
+    /// The walls that are thinner than wanted, once they are looked for.
+    pub(super) found: OnceCell<Vec<Wall>>,
 }
 
 /// A macro cell: how often it is halved, and its place in units of its width.
@@ -79,14 +82,14 @@ impl Wanted<'_> {
 
     fn walls(&self, frame: &Frame) -> Vec<Across> {
         let across = self.across;
-        let local = |Wall { corners, through, .. }: Wall| {
+        let local = |Wall { corners, through, .. }: &Wall| {
             let sides: Vec<Point<3>> =
                 corners.iter().flat_map(|x| [*x, x + through].map(|x| frame.local(&x))).collect();
             let Bounds { low, high } = Bounds::of(&sides);
             Across { low, high, wanted: through.norm() / across / self.spacing }
         };
         let least = self.thinnest * self.spacing * (1.0 - SLACK);
-        self.seen().into_iter().filter(|wall| wall.through.norm() >= least).map(local).collect()
+        self.found().iter().filter(|wall| wall.through.norm() >= least).map(local).collect()
     }
 
     /// Whether there are walls to be refined.
@@ -95,7 +98,7 @@ impl Wanted<'_> {
     /// For walls too thin for that whose sides are parallel: those that taper off may be followed by the particles of what is beside them.
     pub(super) fn has_walls(&self) -> Result<bool, GeometryError> {
         let least = self.thinnest * self.spacing * (1.0 - SLACK);
-        let walls = self.seen();
+        let walls = self.found();
         let thin = walls.iter().filter(|wall| wall.is_even && wall.through.norm() < least);
         if let Some(wall) = thin.min_by(|a, b| a.through.norm().total_cmp(&b.through.norm())) {
             let thickness = wall.through.norm();
@@ -106,8 +109,11 @@ impl Wanted<'_> {
         Ok(walls.iter().any(|wall| wall.through.norm() >= least))
     }
 
-    /// The walls that are thinner than wanted.
-    fn seen(&self) -> Vec<Wall> {
+    fn found(&self) -> &[Wall] {
+        self.found.get_or_init(|| self.search())
+    }
+
+    fn search(&self) -> Vec<Wall> {
         if !(self.fewest > 0.0) {
             return Vec::new();
         }

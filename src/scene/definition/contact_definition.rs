@@ -115,15 +115,15 @@ impl<const D: usize> Law<D> {
         }
     }
 
-    /// The node of the travel of a surface that is pushed.
+    /// The node of the unknowns of a surface that is pushed or free to turn.
     pub(crate) fn rigid_dof(&self) -> Option<usize> {
         self.rigid()?.rigid_dof.map(|node| node as usize)
     }
 
     /// Visits the trace functions with one of the opposite part, their undeformed places and the directions in which the contact blocks
     /// motion there: vectors whose squares, over the directions that are blocked alike, add up to one. Without friction, or where it
-    /// is not to count, that is the normal direction. The direction in which a surface is pushed is left out, and so is contact within one part. A surface that turns freely
-    /// is treated as one that does not turn.
+    /// is not to count, that is the normal direction. The direction in which a surface is pushed is left out, and so is contact within one part.
+    /// A surface that turns freely is treated as one that does not turn.
     pub(crate) fn bars(&self, rest: &[f64], friction: bool, visit: &mut BarVisitor<'_, D>) {
         let (surface, opposite) = match self.surfaces() {
             [surface, other] => (surface, other.traces.first()),

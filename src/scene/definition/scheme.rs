@@ -200,7 +200,9 @@ impl Scheme {
     /// a half get three to six, and blocks thinner than a given spacing get four cells. What cannot be refined enough is refused, and so
     /// are blocks with given counts and meshes where conditions leave a zone fewer displacements than it has pressures.
     ///
-    /// A wall with one cell across is far too stiff where both faces are bonded, and bends wrongly where they are free.
+    /// A wall with one cell across is far too stiff where both faces are bonded, and bends wrongly where they are free. In solids
+    /// [`across`](Scheme::across) goes before this rule, and under [`graded`](Scheme::graded) walls thinner than three eighths of the largest
+    /// spacing are left to the grading.
     pub fn thin_walls(mut self) -> Self {
         self.thin_walls = true;
         self

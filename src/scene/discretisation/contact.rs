@@ -29,12 +29,12 @@ type Face<const D: usize> = (BoundaryCells<D>, ShapeTable<D>);
 /// Gives the facets of a part with plain trace functions, and their table.
 pub(crate) type ContactSurfaces<'a, const D: usize> = &'a dyn Fn(&Place<D>) -> Result<Face<D>, Error>;
 
-/// Number of surfaces that are pushed.
+/// Number of surfaces that are pushed or free to turn.
 pub(crate) fn rigid_dof_count<const D: usize>(scene: &Scene<D>) -> usize {
     scene.contacts.iter().filter(|contact| contact.surface.is_free()).count()
 }
 
-/// Positions of the unknown travels of surfaces that are pushed, behind those of the particles.
+/// Places of the nodes of surfaces that are pushed or free to turn, behind those of the particles.
 pub(crate) fn rigid_dofs<const D: usize>(scene: &Scene<D>, positions: &[Point<D>]) -> Vec<Point<D>> {
     let pushed = scene.contacts.iter().filter(|contact| contact.surface.is_free());
     pushed.filter_map(|_| positions.last().copied()).collect()

@@ -22,7 +22,8 @@ pub struct ContactPoint<const D: usize> {
     pub position: Point<D>,
     /// Pressure per current area \[stress\], zero or above: on the body, against the normal of the body.
     pub pressure: f64,
-    /// Gap over its trace function \[length\], a mean in which depth behind a rigid surface counts for more; zero in contact.
+    /// Gap over its trace function \[length\], a mean in which depth behind a rigid surface counts for more; zero in contact. Infinite where
+    /// nothing is opposite, and on the part of a pair that carries no pressures.
     pub gap: f64,
     /// Traction per current area on the body \[stress\], friction included.
     pub traction: Point<D>,

@@ -21,7 +21,7 @@ const DEEPEST: f64 = 0.5;
 /// trace functions do not resolve: the tip of a tool between particles is in the mean of no gap.
 pub(super) fn unresolved<const D: usize>(problem: &Problem<D>, state: &State) -> Vec<Doubt> {
     let mut doubts = Vec::new();
-    if problem.contacts.is_empty() {
+    if !problem.contacts.iter().any(|contact| judged(contact, state).is_some()) {
         return doubts;
     }
     let Ok(energy) = problem.energy(state) else { return doubts };
@@ -124,7 +124,7 @@ struct Depths<const D: usize> {
 
 /// Depths of the points under all trace functions.
 ///
-/// To press out a wave of the surface with the amplitude $a$ and half the wave length $w$ takes an energy of $\tfrac{\pi}{4w}\mu a^2$ per
+/// To press out a wave of the surface with the amplitude $a$ and the wave length $4w$ takes an energy of $\tfrac{\pi}{4w}\mu a^2$ per
 /// area. Over the trace functions, with the area of each that lies behind the surface, the depth of its deepest point and its width, that is
 /// the energy that the state lacks, but for the depth $pw/(4\pi\mu)$ that a pressure $p$ gives to waves no longer than the width.
 fn depths<const D: usize>(law: &RigidContact<D>, view: &View<'_>) -> Depths<D> {
