@@ -1,8 +1,8 @@
 //! Terms that break their promises, by name.
 
-#[cfg(feature = "solve")]
-use crate::term::Term;
 use crate::term::{Element, TermMatrix};
+#[cfg(feature = "solve")]
+use crate::term::{Term, View};
 
 #[cfg(feature = "solve")]
 use super::model_at::ModelAt;
@@ -33,6 +33,14 @@ pub(crate) fn fault(size: usize, matrix: TermMatrix, element: &Element) -> Optio
     None
 }
 
+/// Where the first force of a term that tells its forces is not finite.
+#[cfg(feature = "solve")]
+fn endless(term: &dyn Term, view: View<'_>) -> Option<[f64; 3]> {
+    let densities = term.diagnostics()?.force_densities(view)?;
+    let point = densities.forces.iter().position(|force| force.iter().any(|f| !f.is_finite()))?;
+    Some(densities.positions[point].into())
+}
+
 /// Whether a matrix differs from its transpose. What is zero above the diagonal may have been left out.
 fn is_unsymmetric(size: usize, matrix: &[f64]) -> bool {
     let largest = matrix.iter().fold(0.0f64, |largest, entry| largest.max(entry.abs()));
@@ -58,7 +66,8 @@ impl ModelAt<'_> {
                 element.reset(size, matrix.exists);
                 term.linearize(cluster, view, &mut element);
                 let what = fault(size, matrix, &element)?;
-                Some(format!("term {number} of the model, cluster {cluster}: {what}"))
+                let at = endless(term, view).map(|x| format!(", at X = {x:?}")).unwrap_or_default();
+                Some(format!("term {number} of the model, cluster {cluster}: {what}{at}"))
             })
         };
         let dense = |(_, term): &(usize, &dyn Term)| {

@@ -874,6 +874,34 @@ fn loads() {
 }
 
 #[test]
+fn loads_that_vary_and_are_no_numbers_somewhere() {
+    let top = (1, Side::Max);
+    for bad in [NAN, INFINITY] {
+        let right = move |x: &Point<2>| if x[0] > 1.5 { bad } else { 0.1 };
+        let late = move |_: &Point<2>, load: f64| if load > 0.9 { bad } else { load };
+        for (scene, label, load) in [
+            (sound().pressure(top, Value::field(right)), "pressure on face (1, Max) at X = [1.", 0.0),
+            (
+                sound().traction(top, Value::field(move |x| [0.0, right(x)])),
+                "traction on face (1, Max) at X = [1.",
+                0.0,
+            ),
+            (sound().with(Load::body_force(Value::field(move |x| [right(x), 0.0]))), "body force at X = [1.", 0.0),
+            (sound().pressure(top, Value::motion(late)), "pressure on face (1, Max) at X = [", 1.0),
+        ] {
+            let words = [label, &format!("at load factor {load}"), "give finite numbers"];
+            refused!(refusal(&scene, &coarse()), Error::Boundary(BoundaryError::Value { .. }), words);
+        }
+    }
+    // What is a number wherever one looks before the run ends the run, which tells the place.
+    let gap = |x: &Point<2>, load: f64| if x[0] > 1.5 && (0.3..0.4).contains(&load) { NAN } else { 0.01 * load };
+    let scene = sound().pressure(top, Value::motion(gap));
+    let stops = coarse().stepping(Stepping::equal(20));
+    let error = scene.discretize(&stops).unwrap().run().unwrap().completed().unwrap_err();
+    says(&error, &["forces or load slopes are not finite, at X = [1."]);
+}
+
+#[test]
 fn amplitudes() {
     let table = |pairs: &[(f64, f64)]| Amplitude::table(pairs.to_vec()).unwrap_err();
     let remedy = "at least two (load factor, value) pairs with growing, finite load factors";

@@ -2,7 +2,7 @@
 
 use crate::contact::ContactError;
 use crate::error::{BoundaryError, Error, GeometryError, Incompatible, Invalid};
-use crate::geometry::Part;
+use crate::geometry::{Part, Point};
 use crate::material::Material;
 use crate::term::Amplitude;
 
@@ -170,9 +170,36 @@ fn parts_of_rigid_bodies<const D: usize>(scene: &Scene<D>) -> Result<(), Incompa
     }
 }
 
+/// Load factors at which what varies is looked at before a run.
+const LOOKED_AT: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+
+/// Refuses a load that is no number at one of its points.
+pub(in crate::scene) fn is_finite_over<const D: usize>(
+    load: &Load<D>,
+    points: &[Point<D>],
+) -> Result<(), BoundaryError> {
+    let wrong = |x: &Point<D>, factor: f64| {
+        let all = match &load.kind {
+            LoadKind::Dead(force) => force.at(x, factor).to_vec(),
+            LoadKind::Pressure(pressure) => vec![pressure.at(x, factor)],
+            _ => Vec::new(),
+        };
+        all.into_iter().find(|value| !value.is_finite())
+    };
+    for x in points {
+        for at in LOOKED_AT {
+            if let Some(value) = wrong(x, load.amplitude.value(at)) {
+                let what = format!("{} at X = {:?}", load.label(), x.as_slice());
+                return Err(BoundaryError::Value { what, value, load: at });
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Refuses an amplitude that is no number at load factors of a run.
 fn is_finite(amplitude: &Amplitude, label: impl Fn() -> String) -> Result<(), BoundaryError> {
-    let values = [0.0, 0.25, 0.5, 0.75, 1.0].map(|load| (load, amplitude.evaluate(load).0));
+    let values = LOOKED_AT.map(|load| (load, amplitude.evaluate(load).0));
     match values.into_iter().find(|(_, value)| !value.is_finite()) {
         Some((load, value)) => Err(BoundaryError::Value { what: format!("amplitude of {}", label()), value, load }),
         None => Ok(()),

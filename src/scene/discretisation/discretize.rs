@@ -29,6 +29,7 @@ use super::particles::particles;
 use super::problem::{LoadTerms, Problem};
 use super::rigid;
 use super::sharing::Sharing;
+use crate::scene::definition::validate::is_finite_over;
 use crate::scene::{
     ApproximationChoice, BodyCells, ConstraintMethod, Load, LoadKind, OnSheet, Place, Scene, Scheme, Sheet, Spot,
     Value, Varying, dead,
@@ -158,7 +159,7 @@ fn add_loads<const D: usize>(
     discrete_bodies: &[DiscreteBody<D>],
     sharing: &Sharing,
     model: &mut Model,
-) -> Vec<LoadTerms> {
+) -> Result<Vec<LoadTerms>, Error> {
     order::sort(&mut tables, &|a, b| a.0.cmp(&b.0));
     let mut measures = vec![0.0; scene.loads.len()];
     tables.iter().for_each(|(number, table)| measures[*number] += table.weights().iter().sum::<f64>());
@@ -169,13 +170,14 @@ fn add_loads<const D: usize>(
         let own = discrete_bodies.iter().find(|body: &&DiscreteBody<D>| body.nodes.contains(&node));
         let sheet = own.and_then(|body| body.sheet.clone());
         let (load, term) = (&scene.loads[number], model.terms().len());
+        is_finite_over(load, table.positions())?;
         add_load(model, load, table, measures[number], sheet);
         match loads.last_mut().filter(|(last, _)| *last == number) {
             Some((_, of)) => of.terms.end = model.terms().len(),
             None => loads.push((number, LoadTerms::of(load, term..model.terms().len()))),
         }
     }
-    loads.into_iter().map(|(_, terms)| terms).collect()
+    Ok(loads.into_iter().map(|(_, terms)| terms).collect())
 }
 
 /// Puts the bodies together, bonds them where they share faces, and binds the strategies.
@@ -224,7 +226,7 @@ fn finish<const D: usize>(
     for discrete_body in &discrete_bodies {
         model.add_shared(discrete_body.body.clone());
     }
-    let loads = add_loads(scene, tables, &discrete_bodies, sharing, &mut model);
+    let loads = add_loads(scene, tables, &discrete_bodies, sharing, &mut model)?;
     let modulus =
         |discrete_body: &DiscreteBody<D>| discrete_body.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
     let shear = |discrete_body: &DiscreteBody<D>| discrete_body.body.material().initial_moduli().shear;
