@@ -5,7 +5,8 @@
 //! variable `SOLIDS` says, drawn from seed 33, or what `SEED` says, the largest error of volume and patch test, the least θ and inf-sup
 //! constant, the least of those below 0.15 over that of a finer lattice, and the part of them that is pressed by a quarter and sheared by 0.3;
 //! errors and spreads are parts of one. Volume, patch test and θ of a tenth as many in refined lattices have rows of their own.
-//! Parts with thin walls: `thin_parts`.
+//! Parts with thin walls: `thin_parts`. `BORES=12` prints, in place of all this, the seconds that as many drawn plates with bores narrower than a
+//! spacing take to discretise.
 
 mod support;
 
@@ -341,7 +342,34 @@ fn bush(axial: bool, spacing: f64) -> Result<[f64; 2], rkpm::Error> {
     Ok([problem.energy(path.last())? / closed - 1.0, problem.cells().positions().len() as f64])
 }
 
+/// Plates of random sizes with four to sixteen bores of 0.4 to 0.9 spacings: the seconds of a discretisation.
+fn bores(count: usize) -> Result<(), rkpm::Error> {
+    const SPACING: f64 = 0.5;
+    let mut random = fastrand::Rng::with_seed(41);
+    for number in 0..count {
+        let [across, along] = [random.usize(2..5), random.usize(2..5)];
+        let thickness = 0.5 + random.f64();
+        let mut plate = Shape::block([0.0; 3], [across as f64, along as f64, thickness]);
+        for k in 0..across * along {
+            let radius = SPACING * (0.2 + 0.25 * random.f64());
+            let place = |k: usize, shift: f64| k as f64 + 0.5 + 0.4 * (shift - 0.5);
+            let [x, y] = [place(k % across, random.f64()), place(k / across, random.f64())];
+            plate = plate.minus(Shape::cylinder([x, y, -1.0], [x, y, thickness + 1.0], radius));
+        }
+        let solid = plate.solid(0.04)?.name("low", Select::plane([0.0; 3], [0.0, 0.0, -1.0]))?;
+        let scene = Scene::new(&solid, Solid, rubber(1e3)?).hold("low");
+        let clock = std::time::Instant::now();
+        let problem = scene.discretize(&Scheme::default().spacing(SPACING))?;
+        let (seconds, particles) = (clock.elapsed().as_secs_f64(), problem.cells().positions().len());
+        println!("{number:3}: {:2} bores, {particles:4} particles, {seconds:5.2} s", across * along);
+    }
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
+    if let Some(count) = std::env::var("BORES").ok().and_then(|count| count.parse().ok()) {
+        return Ok(bores(count)?);
+    }
     let out = support::out_dir("cut_parts");
     let count = std::env::var("SOLIDS").ok().and_then(|count| count.parse().ok()).unwrap_or(30);
     let mut summary = Summary::new();

@@ -21,6 +21,7 @@ use rkpm::geometry::{Mapped, Part};
 use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::scene::Problem;
+use rkpm::solve::DoubtCause;
 
 /// An error of the energy beyond which a part counts as wrong.
 const RIGHT: f64 = 0.05;
@@ -198,7 +199,7 @@ impl Drawn {
         }
         let legs = self.chains[0].len() - 1;
         let scheme = Scheme::elements(2).particles([8 * across * legs + 1, 2 * across + 1]).layout(layout);
-        Ok(energy(&scene.discretize(&scheme)?)?.0)
+        Ok(energy(&scene.discretize(&scheme)?)?.energy)
     }
 
     fn outlined(&self) -> Result<Scene<2>, rkpm::Error> {
@@ -296,21 +297,15 @@ impl Drawn {
     }
 
     /// The energy of particles a spacing apart, their number and the iterations, by a wish for so many spacings across.
-    fn by_particles(&self, in_3d: bool, across: usize) -> Result<(f64, usize, usize), rkpm::Error> {
+    fn by_particles(&self, in_3d: bool, across: usize) -> Result<Found, rkpm::Error> {
         let scheme = Scheme::default().spacing(1.0);
         if in_3d {
-            let problem = self.in_3d()?.discretize(&scheme.across(across))?;
-            let (found, iterations) = energy(&problem)?;
-            return Ok((
-                if self.is_round { 4.0 * found } else { found / DEPTH },
-                problem.cells().positions().len(),
-                iterations,
-            ));
+            let found = energy(&self.in_3d()?.discretize(&scheme.across(across))?)?;
+            let energy = if self.is_round { 4.0 * found.energy } else { found.energy / DEPTH };
+            return Ok(Found { energy, ..found });
         }
         let least = (self.thickness / across as f64).min(1.0);
-        let problem = self.outlined()?.discretize(&scheme.spacing(least))?;
-        let (found, iterations) = energy(&problem)?;
-        Ok((found, problem.cells().positions().len(), iterations))
+        energy(&self.outlined()?.discretize(&scheme.spacing(least))?)
     }
 }
 
@@ -331,9 +326,23 @@ fn happens(scene: Scene<2>, place: Place<2>, what: Happens) -> Scene<2> {
     }
 }
 
-fn energy<const D: usize>(problem: &Problem<D>) -> Result<(f64, usize), rkpm::Error> {
+/// What a run gives, and what it says of thin walls.
+struct Found {
+    energy: f64,
+    particles: usize,
+    iterations: usize,
+    told: Option<String>,
+}
+
+fn energy<const D: usize>(problem: &Problem<D>) -> Result<Found, rkpm::Error> {
     let path = problem.run()?.completed()?;
-    Ok((problem.energy(path.last())?, path.iterations))
+    let told = problem.verdict(&path)?.into_iter().find(|doubt| matches!(doubt.cause, DoubtCause::ThinWall { .. }));
+    Ok(Found {
+        energy: problem.energy(path.last())?,
+        particles: problem.cells().positions().len(),
+        iterations: path.iterations,
+        told: told.map(|doubt| doubt.to_string()),
+    })
 }
 
 fn number(name: &str) -> Option<usize> {
@@ -364,14 +373,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             continue;
         }
         match part.by_particles(in_3d, across) {
-            Ok((found, particles, iterations)) => {
-                let error = found / reference - 1.0;
-                if error.abs() < RIGHT {
-                    right += 1
-                } else {
-                    silent += 1
-                }
+            Ok(Found { energy, particles, iterations, told }) => {
+                let error = energy / reference - 1.0;
+                *match told {
+                    _ if error.abs() < RIGHT => &mut right,
+                    Some(_) => &mut errors,
+                    None => &mut silent,
+                } += 1;
                 println!("{:+.1} %, {particles} particles, {iterations} iterations", 100.0 * error);
+                told.iter().for_each(|told| println!("    {told}"));
             }
             Err(error) => {
                 errors += 1;

@@ -97,6 +97,8 @@ pub struct CutLattice {
     placed: Placed,
     positions: Vec<Point<3>>,
     names: Vec<(String, Vec<u32>)>,
+    /// Walls that are left with too few spacings across.
+    left: Option<GeometryError>,
 }
 
 impl CutLattice {
@@ -139,7 +141,8 @@ impl CutLattice {
         Self::of_solid(solid, spacing, dominant_axes(solid.vertices(), solid.facets()), Some(&wanted))
     }
 
-    /// The same by a grading, if there is one, and where a wall has less than [`LEAST_ACROSS`] spacings, which then has [`ACROSS`].
+    /// The same by a grading, if there is one, and where a wall has less than [`LEAST_ACROSS`] spacings, which then has [`ACROSS`],
+    /// unless that takes too many particles.
     pub(crate) fn walled(
         solid: &Solid3,
         spacing: f64,
@@ -149,13 +152,28 @@ impl CutLattice {
         let (fewest, across) = (LEAST_ACROSS, ACROSS);
         let (thinnest, sampled) = (across / f64::from(1 << HALVINGS), true);
         let grade = grading.unwrap_or(&even);
-        let wanted =
-            Wanted { solid, spacing, fewest, across, grading: grade, thinnest, sampled, found: OnceCell::new() };
+        let found = OnceCell::new();
+        let mut wanted = Wanted { solid, spacing, fewest, across, grading: grade, thinnest, sampled, found };
         // What is wrong with the spacing is told by the lattice.
-        if grading.is_none() && !(spacing > 0.0 && spacing.is_finite() && wanted.has_walls()?) {
+        if grading.is_none() && !(spacing > 0.0 && spacing.is_finite() && wanted.has_walls()) {
             return Self::new(solid, spacing);
         }
-        Self::of_solid(solid, spacing, dominant_axes(solid.vertices(), solid.facets()), Some(&wanted))
+        let axes = dominant_axes(solid.vertices(), solid.facets());
+        let frame = Frame::around(solid.vertices(), axes, spacing, 1)?;
+        let (macros, _) = wanted.macros(&frame.0, frame.1.counts)?;
+        let asked = solid.volume() / spacing.powi(3);
+        // About a particle a cell.
+        let refined = wanted.inside(&macros, &frame.0) * (grid::MACRO / STEP as usize).pow(3);
+        if refined as f64 > asked + super::walls::MOST {
+            let left = wanted.leave();
+            let mut lattice = Self::of_solid(solid, spacing, axes, grading.map(|_| &wanted))?;
+            lattice.left = left;
+            return Ok(lattice);
+        }
+        if grading.is_none() {
+            wanted.check_walls()?;
+        }
+        Self::of_solid(solid, spacing, axes, Some(&wanted))
     }
 
     /// The same as [`new`](CutLattice::new) with axes of one's own, the columns of a rotation.
@@ -222,6 +240,7 @@ impl CutLattice {
             placed,
             positions,
             names,
+            left: None,
         };
         lattice.check()?;
         Ok(lattice)
@@ -731,6 +750,10 @@ impl Cells<3> for CutLattice {
         let mut of_cell: Vec<u32> = self.cells.iter().map(|parts| zone_of[parts[0] as usize]).collect();
         let kept = join_by_sides(&mut of_cell, inner, sides, Inner::worth, FEWEST);
         collect(&of_cell, kept)
+    }
+
+    fn left_thin(&self) -> Option<&GeometryError> {
+        self.left.as_ref()
     }
 
     fn free_particles(&self, zones: &Zones, free: &dyn Fn(usize) -> f64) -> Vec<ZoneParticles<3>> {

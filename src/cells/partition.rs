@@ -121,6 +121,12 @@ pub trait Cells<const D: usize>: Send + Sync {
         None
     }
 
+    /// The thinnest of the walls that are left with few spacings across, since to refine them takes many more particles than asked for: what
+    /// [`check::scene`](crate::check::scene) and [`Problem::verdict`](crate::scene::Problem::verdict) tell. By default none.
+    fn left_thin(&self) -> Option<&GeometryError> {
+        None
+    }
+
     /// What zones have of free particles, where of each particle a part is free: what tells whether displacements can follow the pressures of
     /// a zone. By default those at the corners of its cells.
     fn free_particles(&self, zones: &Zones, free: &dyn Fn(usize) -> f64) -> Vec<ZoneParticles<D>> {

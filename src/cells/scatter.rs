@@ -100,6 +100,12 @@ pub(crate) fn factor_for(
     Ok((b + (b * b + 4.0 * a * wanted).sqrt()) / (2.0 * wanted))
 }
 
+/// About how many particles a spacing gives a region.
+pub(crate) fn expected(region: &Region, function: &dyn Fn(&Point<2>) -> f64) -> Result<f64, GeometryError> {
+    let ([inside, outline], _) = Spacing { function, factor: 1.0, floor: 0.0 }.expected(region)?;
+    Ok(inside + outline + 1.0)
+}
+
 /// Scatters particles over a region.
 pub(crate) fn scatter(region: &Region, spacing: &Spacing<'_>, settings: &Scatter) -> Result<Mesh, GeometryError> {
     let ([inside, outline], smallest) = spacing.expected(region)?;

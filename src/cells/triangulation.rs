@@ -39,6 +39,8 @@ pub struct Triangulation {
     names: Vec<String>,
     spacings: Vec<f64>,
     locator: Locator<2>,
+    /// Walls that are left with too few spacings across.
+    pub(super) left: Option<GeometryError>,
 }
 
 impl Triangulation {
@@ -106,7 +108,7 @@ impl Triangulation {
                 0.5 * (distances[p] + sum / row(p).len() as f64)
             })
             .collect();
-        Triangulation { mesh, names: region.names.clone(), spacings, locator: Locator::default() }
+        Triangulation { mesh, names: region.names.clone(), spacings, locator: Locator::default(), left: None }
     }
 
     /// Particles of each triangle, counter-clockwise.
@@ -199,6 +201,10 @@ impl Triangulation {
 }
 
 impl Cells<2> for Triangulation {
+    fn left_thin(&self) -> Option<&GeometryError> {
+        self.left.as_ref()
+    }
+
     fn positions(&self) -> &[Point<2>] {
         &self.mesh.positions
     }

@@ -57,6 +57,10 @@ impl Voronoi {
 }
 
 impl Cells<2> for Voronoi {
+    fn left_thin(&self) -> Option<&GeometryError> {
+        self.triangles.left_thin()
+    }
+
     fn positions(&self) -> &[Point<2>] {
         self.triangles.positions()
     }

@@ -3,11 +3,15 @@
 use crate::error::GeometryError;
 use crate::geometry::{Point, Region, Wall};
 
-use super::scatter::{Scatter, factor_for};
+use super::scatter::{Scatter, expected, factor_for};
 use super::triangulation::Triangulation;
 
-/// Walls of regions with fewer spacings across are refined: with one, no particle in the middle is free where both faces are fixed.
-const FEWEST: f64 = 2.0;
+/// Particles that walls may add to those asked for where nothing is said about them: more of them are the user's decision, and the walls
+/// are left as they are, see [`Cells::left_thin`](super::Cells::left_thin).
+pub(super) const MOST: f64 = 10_000.0;
+/// Walls of regions with fewer spacings across are refined: with n averages over sub-cells leave out $1/(2n)^2$ of the energy of bending,
+/// and re-entrant corners are off by up to 15 % over n.
+const FEWEST: f64 = 3.0;
 /// Spacings across walls of regions that are refined: with n the error of re-entrant corners falls as 1/n, and averages over sub-cells leave
 /// out $1/(2n)^2$ of the energy of bending.
 const ACROSS: usize = 6;
@@ -56,6 +60,18 @@ impl Walls {
         self.0.is_empty()
     }
 
+    /// What is said of the thinnest wall where all are left, with the spacing that it should have, at a spacing around it.
+    fn left(&self, spacing: &dyn Fn(&Point<2>) -> f64) -> Option<GeometryError> {
+        let (wall, needed) = self.0.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let through = wall.through.unwrap_or_default();
+        Some(GeometryError::ThinLeft {
+            thickness: through.norm(),
+            at: (wall.from + through * 0.5).as_slice().to_vec(),
+            spacing: spacing(&wall.from),
+            needed: *needed,
+        })
+    }
+
     /// The spacing at a place, no larger than the one given.
     pub(crate) fn spacing(&self, x: &Point<2>, given: f64) -> f64 {
         let near = |(wall, own): &(Wall, f64)| {
@@ -69,7 +85,7 @@ impl Walls {
 
 impl Triangulation {
     /// Scatters particles, a largest spacing apart or, where a number is given, as many as that and what walls need more. Walls with less
-    /// than [`FEWEST`] spacings across get [`ACROSS`].
+    /// than [`FEWEST`] spacings across get [`ACROSS`], unless that takes more than [`MOST`] particles.
     ///
     /// # Errors
     /// As [`scattered`](Triangulation::scattered), and for walls that are much thinner than a spacing.
@@ -82,9 +98,16 @@ impl Triangulation {
         let factor = count.map_or(Ok(1.0), |count| factor_for(region, &spacing, count))?;
         let given = |x: &Point<2>| factor * spacing(x);
         let walls = Walls::new(region, &given)?;
-        match count {
-            Some(count) if walls.is_empty() => Triangulation::about(region, count, spacing, settings),
-            _ => Triangulation::scattered(region, |x| walls.spacing(x, given(x)), settings),
+        let refined = |x: &Point<2>| walls.spacing(x, given(x));
+        let is_left = !walls.is_empty() && expected(region, &refined)? > expected(region, &given)? + MOST;
+        if !walls.is_empty() && !is_left {
+            return Triangulation::scattered(region, refined, settings);
         }
+        let mut triangles = match count {
+            Some(count) => Triangulation::about(region, count, &spacing, settings)?,
+            None => Triangulation::scattered(region, given, settings)?,
+        };
+        triangles.left = if is_left { walls.left(&given) } else { None };
+        Ok(triangles)
     }
 }

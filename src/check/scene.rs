@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::boundary::dependent_rows;
 use crate::compiled::compiled;
-use crate::error::{ApproximationError, BoundaryError, Error};
+use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
 use crate::material::{Material, Past};
 use crate::paper::Cover;
 use crate::scene::{
@@ -35,6 +35,8 @@ pub struct Diagnosis {
     pub refused: Vec<Error>,
     /// Conditions whose values do not hold at an edge, because those of another face do.
     pub overruled: Vec<BoundaryError>,
+    /// Walls that are left with few particle spacings across, the thinnest one of each body.
+    pub thin_walls: Vec<GeometryError>,
     /// Rows that depend on earlier ones.
     pub dependent: Vec<BoundaryError>,
     /// Rigid motions left free.
@@ -86,6 +88,7 @@ impl Diagnosis {
         report.findings.extend([
             none("conditions agree and select something", &self.refused),
             none("conditions agree at common edges", &self.overruled),
+            none("walls have enough spacings across", &self.thin_walls),
             none("rows are independent", &self.dependent),
             none("settings have an effect", &self.without_effect),
             none("no rigid motion is free", self.free.iter().map(motion)),
@@ -190,6 +193,8 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
     // What a run would trip over before its first step.
     problem.analysis().check_settings(problem.model())?;
     diagnosis.overruled = problem.equations().overruled().to_vec();
+    let bodies = problem.discrete_bodies().iter();
+    diagnosis.thin_walls = bodies.filter_map(|body| body.cells().left_thin().cloned()).collect();
     diagnosis.dependent = dependent_rows(problem.equations().equations());
     diagnosis.free = free_motions(&problem, true);
     diagnosis.inside = fixed_inside(&problem);

@@ -82,6 +82,11 @@ pub enum DoubtCause {
         /// Which conditions and values, and what to do.
         conditions: String,
     },
+    /// A body has walls with few particle spacings across.
+    ThinWall {
+        /// The thinnest one, and what to do.
+        wall: String,
+    },
     /// A free surface is compressed beyond Biot's limit over two neighbouring trace functions.
     Surface {
         /// The smallest stretch of the surface there.
@@ -185,7 +190,7 @@ impl fmt::Display for DoubtCause {
                 "{body} lies {depth:.3e} behind {surface} with a part that no contact with it is declared for: declare it \
                  (Scene::contact), or let the load end before the part meets the surface"
             ),
-            DoubtCause::Overruled { conditions } => f.write_str(conditions),
+            DoubtCause::Overruled { conditions: what } | DoubtCause::ThinWall { wall: what } => f.write_str(what),
             DoubtCause::Surface { stretch } => write!(
                 f,
                 "the free surface is compressed to a stretch of {stretch:.3}, beyond Biot's limit: a smooth surface is unstable there and \

@@ -120,6 +120,20 @@ pub enum GeometryError {
         /// One that suffices \[length\].
         needed: f64,
     },
+    /// Walls are left with few spacings across: to refine them takes too many particles to be done unasked.
+    #[error(
+        "the wall at X = {at:?} is {thickness:e} thick and left with the spacing {spacing:e}, for thousands of particles more than asked for would refine it and others: bonded or bent it is far too stiff or too soft; give a spacing of {needed:e} there by Scheme::graded or everywhere, or leave walls as they are by Scheme::thin_walls"
+    )]
+    ThinLeft {
+        /// Its thickness \[length\].
+        thickness: f64,
+        /// Where.
+        at: Vec<f64>,
+        /// The particle spacing there \[length\].
+        spacing: f64,
+        /// One that suffices \[length\].
+        needed: f64,
+    },
     /// A part of a boundary has an empty name.
     #[error("{what} has an empty name: give it a name, by which conditions and results find it")]
     Nameless {

@@ -4,6 +4,7 @@ use approx::assert_abs_diff_eq;
 use rkpm::check;
 use rkpm::error::{Error, GeometryError};
 use rkpm::prelude::*;
+use rkpm::solve::DoubtCause;
 
 fn rubber() -> Rubber {
     Rubber::neo_hookean(0.5, 1e3).unwrap()
@@ -110,4 +111,32 @@ fn walls_much_thinner_than_a_spacing_are_refused() {
     // Six spacings of 1/32 of what is asked for.
     assert_abs_diff_eq!(needed, 0.1 * 32.0 / 6.0, epsilon = 1e-9);
     assert!(scene.discretize(&Scheme::default().spacing(needed)).is_ok());
+}
+
+/// Walls whose refinement takes ten thousand particles more than asked for are left, and the answer says so.
+#[test]
+fn wide_thin_walls_are_left_and_told() {
+    let outline = Outline::at([0.0, 0.0]).line("low side", [600.0, 0.0]).line("high", [600.0, 1.0]);
+    let region = Region::new(outline.line("high side", [0.0, 1.0]).close("low")).unwrap();
+    let strip = Scene::new(region, PlaneStrain, rubber()).hold("low").prescribe("high", 0, 1.0);
+    told(&strip, 1_300);
+    let plate = solid([40.0, 40.0, 1.0], 0);
+    let plate = Scene::new(&plate, Solid, rubber()).hold("low").prescribe("high", 0, 0.1);
+    told(&plate, 6_000);
+}
+
+fn told<const D: usize>(scene: &Scene<D>, most: usize) {
+    let scheme = Scheme::default().spacing(1.0);
+    let problem = scene.discretize(&scheme).unwrap();
+    let particles = problem.cells().positions().len();
+    assert!(particles < most, "{particles}");
+    let path = problem.run().unwrap().reached().unwrap();
+    let doubts = problem.verdict(&path).unwrap();
+    assert!(doubts.iter().any(|doubt| matches!(doubt.cause, DoubtCause::ThinWall { .. })), "{doubts:?}");
+    let found = check::scene(scene, &scheme).unwrap();
+    assert!(matches!(found.thin_walls[..], [GeometryError::ThinLeft { .. }]), "{:?}", found.thin_walls);
+    assert!(!found.holds());
+    let meant = scene.discretize(&scheme.thin_walls()).unwrap();
+    assert!(meant.cells().left_thin().is_none());
+    assert_eq!(meant.cells().positions().len(), particles);
 }

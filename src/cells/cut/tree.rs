@@ -59,7 +59,22 @@ fn corners((level, place): Macro) -> [Point<3>; 2] {
     [0, 1].map(|end| Point::<3>::from(place.map(|at| f64::from(at + end) * width)))
 }
 
+/// The middle of a wall.
+fn middle(wall: &Wall) -> Vec<f64> {
+    (wall.corners.iter().sum::<Point<3>>() / 3.0 + wall.through * 0.5).as_slice().to_vec()
+}
+
 impl Wanted<'_> {
+    /// How many leaves are about in the solid: those whose middle is not outside by more than half of their width.
+    pub(super) fn inside(&self, leaves: &[Macro], frame: &Frame) -> usize {
+        let is_inside = |own: &&Macro| {
+            let [low, high] = corners(**own);
+            let (centre, reach) = (frame.place(&((low + high) * 0.5)), 0.5 * (high[0] - low[0]) * frame.size);
+            self.solid.contains(&centre) || self.solid.closest(&centre).distance < reach
+        };
+        leaves.iter().filter(is_inside).count()
+    }
+
     /// The leaves of the tree over a lattice of the largest spacing, and how often the deepest ones are halved.
     pub(super) fn macros(&self, frame: &Frame, counts: [usize; 3]) -> Result<(Vec<Macro>, u32), GeometryError> {
         let mut tree = Tree { walls: self.walls(frame), leaves: BTreeMap::new(), open: Vec::new() };
@@ -92,21 +107,39 @@ impl Wanted<'_> {
         self.found().iter().filter(|wall| wall.through.norm() >= least).map(local).collect()
     }
 
-    /// Whether there are walls to be refined.
-    ///
-    /// # Errors
-    /// For walls too thin for that whose sides are parallel: those that taper off may be followed by the particles of what is beside them.
-    pub(super) fn has_walls(&self) -> Result<bool, GeometryError> {
+    /// Whether there are walls that are thinner than wanted.
+    pub(super) fn has_walls(&self) -> bool {
+        !self.found().is_empty()
+    }
+
+    /// What is said of the thinnest wall with parallel sides, or of the thinnest one, where all are left; none are looked for any more.
+    pub(super) fn leave(&mut self) -> Option<GeometryError> {
+        let walls = self.found.take().unwrap_or_default();
+        let _ = self.found.set(Vec::new());
+        let thinner = |a: &&Wall, b: &&Wall| a.through.norm().total_cmp(&b.through.norm());
+        let wall = walls.iter().filter(|wall| wall.is_even).min_by(thinner).or(walls.iter().min_by(thinner))?;
+        let (thickness, spacing) = (wall.through.norm(), self.spacing);
+        Some(GeometryError::ThinLeft { thickness, at: middle(wall), spacing, needed: thickness / self.across })
+    }
+
+    /// Refuses walls too thin to be refined whose sides are parallel: those that taper off may be followed by the particles of what is
+    /// beside them.
+    pub(super) fn check_walls(&self) -> Result<(), GeometryError> {
         let least = self.thinnest * self.spacing * (1.0 - SLACK);
         let walls = self.found();
         let thin = walls.iter().filter(|wall| wall.is_even && wall.through.norm() < least);
         if let Some(wall) = thin.min_by(|a, b| a.through.norm().total_cmp(&b.through.norm())) {
             let thickness = wall.through.norm();
-            let at = (wall.corners.iter().sum::<Point<3>>() / 3.0 + wall.through * 0.5).as_slice().to_vec();
             let (across, needed) = (self.across as usize, thickness / self.thinnest);
-            return Err(GeometryError::WallAcross { thickness, at, across, spacing: self.spacing, needed });
+            return Err(GeometryError::WallAcross {
+                thickness,
+                at: middle(wall),
+                across,
+                spacing: self.spacing,
+                needed,
+            });
         }
-        Ok(walls.iter().any(|wall| wall.through.norm() >= least))
+        Ok(())
     }
 
     fn found(&self) -> &[Wall] {

@@ -76,6 +76,12 @@ impl<const D: usize> Problem<D> {
             load: state.load,
             at: Vec::new(),
         }));
+        let thin = self.discrete_bodies.iter().filter_map(|body| body.cells().left_thin());
+        doubts.extend(thin.map(|wall| Doubt {
+            cause: DoubtCause::ThinWall { wall: wall.to_string() },
+            load: state.load,
+            at: Vec::new(),
+        }));
         doubts.extend(biot::beyond_limit(self, state, &points));
         Ok(doubts)
     }
