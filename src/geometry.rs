@@ -1,6 +1,7 @@
 //! Points, blocks, planar regions and the names of boundary parts.
 
 mod bounds;
+mod disjoint;
 #[cfg(feature = "solve")]
 mod morton;
 mod outline;
@@ -10,6 +11,7 @@ mod rigid_mode;
 mod walls;
 
 pub(crate) use bounds::Bounds;
+pub(crate) use disjoint::Disjoint;
 #[cfg(feature = "solve")]
 pub(crate) use morton::Morton;
 pub(crate) use outline::Curve;

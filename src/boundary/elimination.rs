@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use crate::error::BoundaryError;
 
-use super::{Constraints, Disjoint};
+use super::Constraints;
+use crate::geometry::Disjoint;
 
 /// A constraint equation of which elimination leaves less than this part of its size depends on others.
 const DEPENDENT: f64 = 1e-10;

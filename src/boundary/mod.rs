@@ -2,7 +2,6 @@
 
 mod at_particles;
 mod constraints;
-mod disjoint;
 mod elimination;
 mod equation;
 mod multipliers;
@@ -13,7 +12,6 @@ mod row_values;
 mod transformation;
 
 pub use constraints::Constraints;
-pub(crate) use disjoint::Disjoint;
 pub use equation::ConstraintEquation;
 pub(crate) use equation::{check_component, check_unknowns};
 pub use multipliers::LagrangeMultipliers;

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::boundary::Disjoint;
 use crate::cells::Cells;
 use crate::error::{Error, GeometryError};
+use crate::geometry::Disjoint;
 use crate::geometry::{Bounds, Point};
 use crate::paper::Cover;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};

@@ -2,11 +2,10 @@
 
 use std::collections::HashMap;
 
-use crate::geometry::Point;
+use crate::geometry::{Disjoint, Point};
 
 use super::closed::Solid3;
 use super::edges::{HalfEdge, by_edge, ends, half_edges};
-use super::weld::{find, join};
 
 /// Turns of a sharp edge beyond which a vertex on it is a corner, in radians: circles of eight chords have none.
 const TURN: f64 = 1.0;
@@ -57,14 +56,14 @@ impl Solid3 {
     /// The smooth patches between edges at which normals differ by more than `angle` \[rad\], each by its facets, the largest
     /// patch first.
     pub fn patches(&self, angle: f64) -> Vec<Vec<u32>> {
-        let mut root: Vec<u32> = (0..self.facets.len() as u32).collect();
+        let mut sets = Disjoint::new(self.facets.len());
         for group in by_edge(&self.half_edges()).filter(|group| !self.is_sharp(group, angle)) {
-            join(&mut root, group[0].facet, group[1].facet);
+            sets.join(group[0].facet as usize, group[1].facet as usize);
         }
         let mut patches: Vec<(f64, Vec<u32>)> = Vec::new();
         let mut place = vec![usize::MAX; self.facets.len()];
         for facet in 0..self.facets.len() {
-            let root = find(&mut root, facet as u32) as usize;
+            let root = sets.leader(facet);
             if place[root] == usize::MAX {
                 place[root] = patches.len();
                 patches.push((0.0, Vec::new()));

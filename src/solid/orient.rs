@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 
 use crate::error::SolidError;
-use crate::geometry::Point;
+use crate::geometry::{Disjoint, Point};
 
 use super::edges::{balance, by_edge, edge, ends, half_edges};
-use super::weld::{ADDED, Facet, find, join};
+use super::weld::{ADDED, Facet};
 
 /// Largest area of an opening that is closed, over that of the surface.
 const SMALL: f64 = 1e-3;
@@ -176,15 +176,17 @@ fn fill(vertices: &[Point<3>], ring: &[u32]) -> Vec<[u32; 3]> {
 
 /// The connected part of each facet, over edges, numbered by their first facets; how many there are.
 pub(super) fn parts(facets: &[[u32; 3]]) -> (Vec<u32>, usize) {
-    let mut root: Vec<u32> = (0..facets.len() as u32).collect();
+    let mut sets = Disjoint::new(facets.len());
     let halves = half_edges(facets.iter().copied());
     for group in by_edge(&halves) {
-        group.windows(2).for_each(|pair| join(&mut root, pair[0].facet, pair[1].facet));
+        for pair in group.windows(2) {
+            sets.join(pair[0].facet as usize, pair[1].facet as usize);
+        }
     }
     let mut count = 0;
     let mut number = vec![0; facets.len()];
     for k in 0..facets.len() {
-        let root = find(&mut root, k as u32) as usize;
+        let root = sets.leader(k);
         if root == k {
             number[k] = count;
             count += 1;

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
-use crate::geometry::Point;
+use crate::geometry::{Disjoint, Point};
 
 use super::edges::{edge, half_edges};
 
@@ -54,14 +54,14 @@ impl std::hash::Hash for Cell {
 /// Facets left with two corners go too.
 pub(super) fn weld(vertices: &[Point<3>], facets: &[[u32; 3]], tolerance: f64) -> (Vec<Point<3>>, Vec<Facet>) {
     let (unique, number) = same_bits(vertices, facets);
-    let mut root: Vec<u32> = (0..unique.len() as u32).collect();
+    let mut sets = Disjoint::new(unique.len());
     if tolerance > 0.0 {
-        join_near(&unique, tolerance, &mut root);
+        join_near(&unique, tolerance, &mut sets);
     }
     let mut place = vec![u32::MAX; unique.len()];
     let mut kept = Vec::new();
     for k in 0..unique.len() {
-        let root = find(&mut root, k as u32) as usize;
+        let root = sets.leader(k);
         if place[root] == u32::MAX {
             place[root] = kept.len() as u32;
             kept.push(unique[root]);
@@ -104,22 +104,7 @@ fn same_bits(vertices: &[Point<3>], facets: &[[u32; 3]]) -> (Vec<Point<3>>, Vec<
     (unique, number)
 }
 
-/// The representative of a set, shortening the way to it.
-pub(super) fn find(root: &mut [u32], mut of: u32) -> u32 {
-    while root[of as usize] != of {
-        root[of as usize] = root[root[of as usize] as usize];
-        of = root[of as usize];
-    }
-    of
-}
-
-/// Joins the sets of two members; the lower representative stays.
-pub(super) fn join(root: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (find(root, a), find(root, b));
-    root[a.max(b) as usize] = a.min(b);
-}
-
-fn join_near(points: &[Point<3>], tolerance: f64, root: &mut [u32]) {
+fn join_near(points: &[Point<3>], tolerance: f64, sets: &mut Disjoint) {
     // A ball of the tolerance meets one cell mostly, eight at most.
     let inverse = 0.125 / tolerance;
     let mut cells: Places<Cell> = Places::default();
@@ -136,13 +121,13 @@ fn join_near(points: &[Point<3>], tolerance: f64, root: &mut [u32]) {
             let mut other = cells.get(&Cell(cell)).copied().unwrap_or(u32::MAX);
             while other != u32::MAX {
                 if (points[other as usize] - x).norm() <= tolerance {
-                    join(root, other, k as u32);
+                    sets.join(other as usize, k);
                 }
                 other = next[other as usize];
             }
         }
         // A point close to one before it would only lengthen the list of its cell.
-        if find(root, k as u32) == k as u32 {
+        if sets.leader(k) == k {
             let first = cells.entry(Cell(at(x, [0.0; 3]))).or_insert(u32::MAX);
             next[k] = std::mem::replace(first, k as u32);
         }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::geometry::Point;
+use crate::geometry::{Disjoint, Point};
 use crate::order;
 
 use super::sections::{Sections, others};
@@ -47,15 +47,6 @@ pub(super) fn cross(a: &Point<3>, b: &Point<3>) -> Point<3> {
     Point::<3>::new(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 }
 
-/// The set that a member belongs to.
-fn root(sets: &mut [u32], mut member: u32) -> u32 {
-    while sets[member as usize] != member {
-        sets[member as usize] = sets[sets[member as usize] as usize];
-        member = sets[member as usize];
-    }
-    member
-}
-
 impl Parts {
     pub(super) fn new(split: &Split, by_brick: &ByBrick, sections: &Sections) -> Self {
         let grid = &sections.grid;
@@ -98,15 +89,15 @@ impl Parts {
         if grid.is_even() {
             return self;
         }
-        let mut sets: Vec<u32> = (0..self.parts.len() as u32).collect();
+        let mut sets = Disjoint::new(self.parts.len());
         for &[below, above] in self.beside.iter().filter(|beside| !beside.contains(&NONE)) {
             let leaves = [below, above].map(|part| grid.leaf_of(self.parts[part as usize].brick));
-            let [a, b] = [below, above].map(|part| root(&mut sets, part));
+            let [a, b] = [below, above].map(|part| sets.leader(part as usize));
             if leaves[0] == leaves[1] && a != b {
                 // The larger one is the weightier centre.
-                let volume = |part: u32| self.parts[part as usize].volume;
+                let volume = |part: usize| self.parts[part].volume;
                 let (into, from) = if volume(b) > volume(a) { (b, a) } else { (a, b) };
-                sets[from as usize] = into;
+                sets.lead(into, from);
             }
         }
         let mut joined = self.merge(sets);
@@ -117,7 +108,7 @@ impl Parts {
     /// Joins parts of less than a tenth of a leaf to the neighbour with the largest common section.
     pub(super) fn joined(mut self, sections: &Sections) -> Self {
         let count = self.parts.len();
-        let mut sets: Vec<u32> = (0..count as u32).collect();
+        let mut sets = Disjoint::new(count);
         let mut volumes: Vec<f64> = self.parts.iter().map(|part| part.volume).collect();
         let mut members: HashMap<u32, Vec<u32>> = HashMap::new();
         let size = |part: &Part| f64::from(sections.grid.size(sections.grid.place(part.brick as usize)));
@@ -126,7 +117,7 @@ impl Parts {
             (0..count as u32).filter(|&part| volumes[part as usize] < least[part as usize]).collect();
         order::sort(&mut small, &|&a, &b| volumes[a as usize].total_cmp(&volumes[b as usize]));
         for part in small {
-            let own = root(&mut sets, part);
+            let own = sets.leader(part as usize) as u32;
             if volumes[own as usize] >= least[own as usize] {
                 continue;
             }
@@ -137,7 +128,7 @@ impl Parts {
                 if other == NONE {
                     continue;
                 }
-                let other = root(&mut sets, other);
+                let other = sets.leader(other as usize) as u32;
                 let area = sections.sections[section as usize].area.abs();
                 match areas.iter_mut().find(|known| known.0 == other) {
                     Some(known) => known.1 += area,
@@ -149,7 +140,7 @@ impl Parts {
             let Some(&(other, _)) = largest else { continue };
             let (into, from) =
                 if volumes[other as usize] >= volumes[own as usize] { (other, own) } else { (own, other) };
-            sets[from as usize] = into;
+            sets.lead(into as usize, from as usize);
             volumes[into as usize] += volumes[from as usize];
             let moved = members.remove(&from).unwrap_or_else(|| vec![from]);
             members.entry(into).or_insert_with(|| vec![into]).extend(moved);
@@ -158,16 +149,16 @@ impl Parts {
     }
 
     /// One part for each set, the sections inside left out.
-    fn merge(&mut self, mut sets: Vec<u32>) -> Self {
+    fn merge(&mut self, mut sets: Disjoint) -> Self {
         let mut number = vec![NONE; self.parts.len()];
         let mut merged: Vec<Part> = Vec::with_capacity(self.parts.len());
-        for part in 0..self.parts.len() as u32 {
-            if root(&mut sets, part) == part {
-                number[part as usize] = merged.len() as u32;
-                merged.push(Part { sections: Vec::new(), patches: Vec::new(), ..self.parts[part as usize].clone() });
+        for part in 0..self.parts.len() {
+            if sets.leader(part) == part {
+                number[part] = merged.len() as u32;
+                merged.push(Part { sections: Vec::new(), patches: Vec::new(), ..self.parts[part].clone() });
             }
         }
-        let of: Vec<u32> = (0..sets.len() as u32).map(|part| number[root(&mut sets, part) as usize]).collect();
+        let of: Vec<u32> = (0..self.parts.len()).map(|part| number[sets.leader(part)]).collect();
         for (place, part) in std::mem::take(&mut self.parts).into_iter().enumerate() {
             let into = &mut merged[of[place] as usize];
             if number[place] == NONE {
@@ -189,23 +180,22 @@ impl Parts {
 
     /// Connected parts within blocks of bricks, and how many.
     pub(super) fn connected(&self, block: impl Fn(u32) -> usize) -> (Vec<u32>, usize) {
-        let mut sets: Vec<u32> = (0..self.parts.len() as u32).collect();
+        let mut sets = Disjoint::new(self.parts.len());
         let blocks: Vec<usize> = self.parts.iter().map(|part| block(part.brick)).collect();
         for &[below, above] in &self.beside {
             if below != NONE && above != NONE && blocks[below as usize] == blocks[above as usize] {
-                let (a, b) = (root(&mut sets, below), root(&mut sets, above));
-                sets[a.max(b) as usize] = a.min(b);
+                sets.join(below as usize, above as usize);
             }
         }
         let mut number = vec![NONE; self.parts.len()];
         let mut count = 0;
-        for part in 0..self.parts.len() as u32 {
-            if root(&mut sets, part) == part {
-                number[part as usize] = count;
+        for part in 0..self.parts.len() {
+            if sets.leader(part) == part {
+                number[part] = count;
                 count += 1;
             }
         }
-        ((0..self.parts.len() as u32).map(|part| number[root(&mut sets, part) as usize]).collect(), count as usize)
+        ((0..self.parts.len()).map(|part| number[sets.leader(part)]).collect(), count as usize)
     }
 }
 
@@ -245,7 +235,7 @@ fn cut(split: &Split, sections: &Sections, brick: u32, patches: &[u32]) -> Vec<P
     let around = around(sections, brick as usize, place);
     // Elements are patches and then sections; those that share a corner are connected.
     let count = patches.len() + around.len();
-    let mut sets: Vec<u32> = (0..count as u32).collect();
+    let mut sets = Disjoint::new(count);
     let mut corners: Vec<(u32, u32)> = Vec::new();
     for (element, &patch) in patches.iter().enumerate() {
         corners.extend(split.patches[patch as usize].corners.map(|corner| (corner, element as u32)));
@@ -263,14 +253,13 @@ fn cut(split: &Split, sections: &Sections, brick: u32, patches: &[u32]) -> Vec<P
     }
     corners.sort_unstable();
     for pair in corners.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
-        let (a, b) = (root(&mut sets, pair[0].1), root(&mut sets, pair[1].1));
-        sets[a.max(b) as usize] = a.min(b);
+        sets.join(pair[0].1 as usize, pair[1].1 as usize);
     }
     let middle = Point::<3>::from(place.map(|at| f64::from(at) + 0.5));
     let mut parts: Vec<Part> = Vec::new();
-    let mut number: HashMap<u32, usize> = HashMap::new();
+    let mut number: HashMap<usize, usize> = HashMap::new();
     for element in 0..count {
-        let set = root(&mut sets, element as u32);
+        let set = sets.leader(element);
         let own = *number.entry(set).or_insert_with(|| {
             let (sections, patches) = (Vec::new(), Vec::new());
             parts.push(Part { brick, volume: 0.0, centre: Point::<3>::zeros(), sections, patches });

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use nalgebra::{DMatrix, DVector, Matrix4, SymmetricEigen, Vector4};
 
 use crate::cells::CORNER;
-use crate::geometry::Point;
+use crate::geometry::{Disjoint, Point};
 
 /// Radius within which particles carry the functions of a point, in bricks of the spacing at the particle: with three quarters of it the patch test leaves 3e-3.
 const REACH: f64 = 4.0;
@@ -349,24 +349,23 @@ pub(super) fn assign(spread: Spread, mut sites: Vec<Site>, beside: &[([usize; 2]
 
 /// The functions on sites, and on several together where the particles of one cannot give its normals.
 fn functions(spread: Spread, sites: &[Site], beside: &[([usize; 2], f64)], positive: bool) -> Vec<Found> {
-    let mut into: Vec<usize> = (0..sites.len()).collect();
+    let mut sets = Disjoint::new(sites.len());
     let mut found: Vec<Option<Functions>> = vec![None; sites.len()];
     let mut next = 0;
     while next < sites.len() {
-        if into[next] != next || found[next].is_some() || sites[next].places.is_empty() {
+        if sets.leader(next) != next || found[next].is_some() || sites[next].places.is_empty() {
             next += 1;
             continue;
         }
         let members: Vec<&Site> =
-            (0..sites.len()).filter(|&site| root(&into, site) == next).map(|site| &sites[site]).collect();
+            (0..sites.len()).filter(|&site| sets.leader(site) == next).map(|site| &sites[site]).collect();
         let (own, exact) = on(spread, &members, positive);
-        let other = if exact || positive { None } else { longest(sites, beside, &into, next) };
+        let other = if exact || positive { None } else { longest(sites, beside, &mut sets, next) };
         match other {
             Some(other) => {
-                let kept = next.min(other);
-                into[next.max(other)] = kept;
+                sets.join(next, other);
                 (found[next], found[other]) = (None, None);
-                next = kept;
+                next = next.min(other);
             }
             None => found[next] = Some(own),
         }
@@ -375,7 +374,7 @@ fn functions(spread: Spread, sites: &[Site], beside: &[([usize; 2], f64)], posit
     for first in 0..sites.len() {
         let Some(functions) = found[first].take() else { continue };
         let (mut places, mut groups): (Vec<Place>, Vec<usize>) = (Vec::new(), Vec::new());
-        for site in (first..sites.len()).filter(|&site| root(&into, site) == first) {
+        for site in (first..sites.len()).filter(|&site| sets.leader(site) == first) {
             let before = places.len();
             places.extend_from_slice(&sites[site].places);
             groups.extend(sites[site].groups.iter().map(|end| before + end));
@@ -412,10 +411,10 @@ fn on(spread: Spread, members: &[&Site], positive: bool) -> (Functions, bool) {
 }
 
 /// The neighbour of a site with the longest common edge.
-fn longest(sites: &[Site], beside: &[([usize; 2], f64)], into: &[usize], own: usize) -> Option<usize> {
+fn longest(sites: &[Site], beside: &[([usize; 2], f64)], sets: &mut Disjoint, own: usize) -> Option<usize> {
     let mut lengths: BTreeMap<usize, f64> = BTreeMap::new();
     for &([a, b], length) in beside {
-        let [a, b] = [a, b].map(|site| root(into, site));
+        let [a, b] = [a, b].map(|site| sets.leader(site));
         if a != b && (a == own || b == own) {
             *lengths.entry(if a == own { b } else { a }).or_default() += length;
         }
@@ -520,13 +519,6 @@ impl Independent {
 
 /// Cosine between normals above which a particle of a neighbouring piece counts at a point.
 const ACROSS: f64 = -0.5;
-
-fn root(into: &[usize], mut site: usize) -> usize {
-    while into[site] != site {
-        site = into[site];
-    }
-    site
-}
 
 /// Values of $|n\cdot e|$ that differ by less than this are equal.
 const TIE: f64 = 1e-6;

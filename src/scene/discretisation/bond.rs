@@ -2,9 +2,10 @@
 
 use std::collections::HashMap;
 
-use crate::boundary::{Constraints, Disjoint};
+use crate::boundary::Constraints;
 use crate::cells::BoundaryCells;
 use crate::error::Error;
+use crate::geometry::Disjoint;
 use crate::geometry::{Part, Point};
 use crate::kinematics::Kinematics;
 use crate::neighbours::BoxTree;

@@ -5,8 +5,8 @@ use std::fmt;
 use nalgebra::DMatrix;
 
 use crate::assembly::{Model, StateRef};
-use crate::boundary::Disjoint;
 use crate::contact::Trace;
+use crate::geometry::Disjoint;
 use crate::geometry::{Point, RigidMode};
 use crate::linear::vector::dot;
 use crate::scene::Problem;
