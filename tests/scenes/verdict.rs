@@ -166,6 +166,12 @@ fn what_passes_through_without_contact_is_told() {
     let scheme = Scheme::default().particles([17, 9]);
     assert_eq!(passed(&verdict(&plate(0.1), &scheme)), 0);
     assert_eq!(passed(&verdict(&plate(0.45), &scheme)), 1);
+    // A plate that two contacts declare, one for each half of the face, passes through neither.
+    let halves = RigidSurface::plane([0.0, 1.2], [0.0, -1.0]).moving([0.0, -0.45]);
+    let half = |right: bool| Place::from((1, Side::Max)).within(move |x: &Point<2>| (x[0] > 1.0) == right);
+    let scene = block().hold((1, Side::Min)).contact(half(false), halves.clone().named("left"));
+    let found = verdict(&scene.contact(half(true), halves.named("right")), &scheme);
+    assert_eq!(passed(&found), 0, "{found:?}");
 }
 
 /// The block of the book's page on limits: what is pushed in by two thirds of the height has folded on the way, though it completes.

@@ -2,9 +2,11 @@
 
 use std::collections::HashSet;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use crate::contact::RigidContact;
 use crate::error::{Doubt, DoubtCause};
 use crate::geometry::Point;
 use crate::scene::Problem;
@@ -89,12 +91,11 @@ fn through_rigid<const D: usize>(problem: &Problem<D>, state: &State, points: &[
     for contact in &problem.contacts {
         let Some(law) = contact.law.rigid() else { continue };
         // Several contacts may share one surface.
-        let same = problem.contacts.iter().filter(|other| other.name == contact.name);
-        let mut declared: HashSet<usize> = HashSet::new();
-        for other in same {
-            let traces = other.law.rigid().into_iter().flat_map(|law| &law.contact_surface.traces);
-            declared.extend(traces.map(|trace| trace.particle as usize));
-        }
+        let shape = |law: &RigidContact<D>| Arc::as_ptr(&law.surface.shape).cast::<()>();
+        let same =
+            problem.contacts.iter().filter_map(|other| other.law.rigid()).filter(|other| shape(other) == shape(law));
+        let declared: HashSet<usize> =
+            same.flat_map(|other| &other.contact_surface.traces).map(|trace| trace.particle as usize).collect();
         let (now, rest) =
             (law.placed(&state.displacement, state.load), law.placed(&vec![0.0; state.displacement.len()], 0.0));
         let deepest = points
