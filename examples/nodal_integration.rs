@@ -19,7 +19,7 @@ use rkpm::nalgebra::{Matrix3, SMatrix};
 use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::solve::State;
-use rkpm::term::{Element, PointDerivatives, PointState, Sparsity, TermMatrix, View};
+use rkpm::term::{Element, Layout, PointDerivatives, PointState, Sparsity, View};
 
 /// Compressible rubber: volumetric locking is another matter.
 const SHEAR: f64 = 1.0;
@@ -142,8 +142,8 @@ impl<M: Material> Term for Consistent<M> {
         self.trial.nodes(cluster)
     }
 
-    fn matrix(&self) -> TermMatrix {
-        TermMatrix { symmetric: false, ..TermMatrix::default() }
+    fn layout(&self) -> Layout {
+        Layout { symmetric: false, ..Layout::default() }
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {

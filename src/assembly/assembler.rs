@@ -1,5 +1,6 @@
 //! Assembly: clusters summed into one fixed pattern.
 
+use std::mem::take;
 use std::sync::Mutex;
 
 use crate::error::SolveError;
@@ -33,10 +34,8 @@ pub struct Assembler {
     pub(super) places: Vec<u32>,
     /// The order of the sums, for each term.
     pub(super) slabs: Vec<SlabSchedule>,
-    /// Whether pressures of zones are kept uncondensed.
-    pub(super) uncondensed: bool,
-    /// Whether the rest of the matrices of such terms stays in tangents at points.
-    free: bool,
+    /// Whether pressures of zones are kept uncondensed, and the rest of the matrices of such terms in tangents at points.
+    kept: bool,
     /// One for each thread.
     elements: Vec<Element>,
 }
@@ -47,32 +46,26 @@ impl Model {
         Assembler::new(self)
     }
 
-    /// The assembler of this model that keeps pressures of zones apart: [`System::values`] lacks what they would add, and
-    /// [`System::zones`] holds it.
-    pub(crate) fn assembler_apart(&self) -> Assembler {
-        Assembler::with(self, true, false)
-    }
-
     /// The assembler of this model that keeps pressures of zones apart, in [`System::zones`], and sums nothing of the terms with
     /// such zones into [`System::values`]: solvers are given products with what they keep at points.
     /// [`System::residual`] has the forces with the current pressures; what the local equations leave is in the zones.
     pub fn assembler_free(&self) -> Assembler {
-        Assembler::with(self, true, true)
+        Assembler::with(self, true)
     }
 }
 
 impl Assembler {
     pub(super) fn new(model: &Model) -> Self {
-        Self::with(model, false, false)
+        Self::with(model, false)
     }
 
-    pub(super) fn with(model: &Model, uncondensed: bool, free: bool) -> Self {
+    pub(super) fn with(model: &Model, kept: bool) -> Self {
         if !model.is_complete() {
             return Assembler::default();
         }
-        let columns = NodeColumns::new(model, uncondensed, free);
+        let columns = NodeColumns::new(model, kept);
         let pattern = columns.pattern(model.dim());
-        let (first_place, places) = columns.places(model, uncondensed, free);
+        let (first_place, places) = columns.places(model, kept);
         Assembler {
             entries: pattern.entries(),
             pattern,
@@ -80,8 +73,7 @@ impl Assembler {
             first_place,
             places,
             slabs: model.terms.iter().map(|term| SlabSchedule::new(model, &**term)).collect(),
-            uncondensed,
-            free,
+            kept,
             elements: Vec::new(),
         }
     }
@@ -165,7 +157,7 @@ impl Assembler {
         system.load_slope.resize(unknowns, 0.0);
         system.scale = 0.0;
         let workers = if unknowns >= SERIAL_BELOW { threads() } else { 1 };
-        let mut elements = std::mem::take(&mut self.elements);
+        let mut elements = take(&mut self.elements);
         elements.resize_with(workers.max(elements.len()), Element::default);
         system.ranks.clone_from(&model.ranks);
         let System { residual, load_slope, values, skew, scale, zones, coupling, .. } = system;
@@ -177,8 +169,7 @@ impl Assembler {
             first_block: &self.first_place,
             blocks: &self.places,
             slabs: &self.slabs,
-            uncondensed: self.uncondensed,
-            free: self.free,
+            kept: self.kept,
         };
         let none = View { displacement: at.displacement, condensed: &[], load: at.load };
         let over = |parts, part| Sum { places, model, at: none, term: 0, with_matrix, parts, part };
@@ -189,30 +180,27 @@ impl Assembler {
             one = [Mutex::new(whole)];
             sum = over(&one, usize::BITS - 1);
         }
+        // Lists keep their memory from one state to the next.
+        let mut all = Gathered { scale: 0.0, skew: take(skew), zones: take(zones), coupling: take(coupling) };
         for (term, _) in model.summed() {
             (sum.term, sum.at) = (term, at.of_term(term));
             let workers = workers.min(self.slabs[term].len());
             if workers > 1 {
                 for mut gathered in sum.in_parallel(&mut elements[..workers]) {
                     *scale += gathered.scale;
-                    skew.append(&mut gathered.skew);
-                    zones.append(&mut gathered.zones);
-                    coupling.append(&mut gathered.coupling);
+                    all.skew.append(&mut gathered.skew);
+                    all.zones.append(&mut gathered.zones);
+                    all.coupling.append(&mut gathered.coupling);
                 }
                 continue;
             }
             for slab in (0..self.slabs[term].len()).rev() {
-                let mut gathered = Gathered {
-                    scale: 0.0,
-                    skew: std::mem::take(skew),
-                    zones: std::mem::take(zones),
-                    coupling: std::mem::take(coupling),
-                };
-                sum.add_clusters(self.slabs[term].places(slab), &mut elements[0], &mut gathered);
-                *scale += gathered.scale;
-                (*skew, *zones, *coupling) = (gathered.skew, gathered.zones, gathered.coupling);
+                all.scale = 0.0;
+                sum.add_clusters(self.slabs[term].places(slab), &mut elements[0], &mut all);
+                *scale += all.scale;
             }
         }
+        (*skew, *zones, *coupling) = (all.skew, all.zones, all.coupling);
         if let Some(ranks) = &model.ranks {
             // One message for all that is whole on every rank.
             let mut all = Vec::with_capacity(2 * unknowns + 1);

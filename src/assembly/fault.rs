@@ -1,8 +1,8 @@
 //! Terms that break their promises, by name.
 
-use crate::term::{Element, TermMatrix};
+use crate::term::{Element, Layout};
 #[cfg(feature = "solve")]
-use crate::term::{Term, View};
+use crate::term::{Form, Term, View};
 
 #[cfg(feature = "solve")]
 use super::model_at::ModelAt;
@@ -12,11 +12,11 @@ use super::model_at::ModelAt;
 const ALIKE: f64 = 1.5e-8;
 
 /// What is wrong with the contribution of a cluster of so many unknowns, whose matrix was filled node by node where there is one.
-pub(crate) fn fault(size: usize, matrix: TermMatrix, element: &Element) -> Option<&'static str> {
+pub(crate) fn fault(size: usize, layout: Layout, element: &Element) -> Option<&'static str> {
     let finite = |all: &[f64]| all.iter().all(|x| x.is_finite());
     let Element { residual, load_slope, matrix: entries, coupling, .. } = element;
-    let squares = [entries, coupling].iter().all(|entries| entries.is_empty() || entries.len() == size * size);
-    if residual.len() != size || load_slope.len() != size || !squares {
+    let square = entries.is_empty() || entries.len() == size * size;
+    if residual.len() != size || load_slope.len() != size || !square {
         return Some(
             "Term::linearize() changes the length of a buffer; keep the lengths in which they are handed over",
         );
@@ -24,11 +24,15 @@ pub(crate) fn fault(size: usize, matrix: TermMatrix, element: &Element) -> Optio
     if !finite(residual) || !finite(load_slope) {
         return Some("forces or load slopes are not finite");
     }
-    if !finite(entries) || !finite(coupling) {
+    let coupled = || coupling.iter().flat_map(|of| of.left.iter().chain(&of.right));
+    if coupled().any(|(k, _)| *k as usize >= size) {
+        return Some("its coupling names unknowns that the cluster lacks");
+    }
+    if !finite(entries) || coupled().any(|(_, x)| !x.is_finite()) {
         return Some("entries of the matrix are not finite");
     }
-    if matrix.symmetric && is_unsymmetric(size, entries) {
-        return Some("the matrix is not symmetric; return `symmetric: false` from Term::matrix(), and fill all of it");
+    if layout.symmetric && is_unsymmetric(size, entries) {
+        return Some("the matrix is not symmetric; return `symmetric: false` from Term::layout(), and fill all of it");
     }
     None
 }
@@ -36,7 +40,7 @@ pub(crate) fn fault(size: usize, matrix: TermMatrix, element: &Element) -> Optio
 /// Where the first force of a term that tells its forces is not finite.
 #[cfg(feature = "solve")]
 fn endless(term: &dyn Term, view: View<'_>) -> Option<[f64; 3]> {
-    let densities = term.diagnostics()?.force_densities(view)?;
+    let densities = term.force_densities(view)?;
     let point = densities.forces.iter().position(|force| force.iter().any(|f| !f.is_finite()))?;
     Some(densities.positions[point].into())
 }
@@ -59,21 +63,18 @@ impl ModelAt<'_> {
     /// The first term that breaks a promise at this state, and how. Bodies and contacts of this crate are left out.
     pub(crate) fn fault(self) -> Option<String> {
         let own = |(number, term): (usize, &dyn Term)| {
-            let (matrix, view) = (term.matrix(), self.at.of_term(number));
+            let (layout, view) = (term.layout(), self.at.of_term(number));
             let mut element = Element::default();
             (0..term.clusters()).find_map(|cluster| {
                 let size = term.nodes(cluster).len() * term.dim();
-                element.reset(size, matrix.exists);
+                element.reset(size, layout.has_matrix);
                 term.linearize(cluster, view, &mut element);
-                let what = fault(size, matrix, &element)?;
+                let what = fault(size, layout, &element)?;
                 let at = endless(term, view).map(|x| format!(", at X = {x:?}")).unwrap_or_default();
                 Some(format!("term {number} of the model, cluster {cluster}: {what}{at}"))
             })
         };
-        let dense = |(_, term): &(usize, &dyn Term)| {
-            let protocol = term.protocol();
-            !protocol.fills_lower_blocks() && protocol.points().is_none()
-        };
+        let dense = |(_, term): &(usize, &dyn Term)| matches!(term.form(), Form::Nodes);
         self.model.summed().filter(dense).find_map(own)
     }
 }

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::term::Term;
+use crate::table::Clusters;
+use crate::term::{Form, Term};
 
 use super::Model;
 use super::pattern::{Pattern, UNCOUPLED};
@@ -15,12 +16,12 @@ pub(super) struct NodeColumns {
 }
 
 impl NodeColumns {
-    /// Of a complete model; pressures of zones kept `uncondensed`, the rest of the matrices of such terms left to their points where `free`.
-    pub(crate) fn new(model: &Model, uncondensed: bool, free: bool) -> Self {
+    /// Of a complete model; with pressures of zones `kept`, the rest of the matrices of such terms is left to their points.
+    pub(crate) fn new(model: &Model, kept: bool) -> Self {
         let nodes = model.node_count();
         // Clusters that hold each node, so that a column is the union of its clusters' nodes.
         let mut holders: Vec<Vec<(u32, u32)>> = vec![Vec::new(); nodes];
-        for (t, term) in model.terms.iter().enumerate().filter(|(_, term)| !(free && term.protocol().separates())) {
+        for (t, term) in model.terms.iter().enumerate().filter(|(_, term)| !term.form().stays(kept)) {
             for cluster in 0..term.clusters() {
                 for &node in term.nodes(cluster) {
                     holders[node as usize].push((t as u32, cluster as u32));
@@ -43,13 +44,11 @@ impl NodeColumns {
             for &(t, cluster) in &holders[column] {
                 let term = &model.terms[t as usize];
                 let nodes = term.nodes(cluster as usize);
-                if uncondensed && term.protocol().separates() {
+                if let Form::Blocks { apart: Some(clusters), .. } = term.form() {
                     let own = nodes.partition_point(|&node| (node as usize) < column) as u16;
-                    term.protocol().couplings(cluster as usize, &mut |list| {
-                        if list.binary_search(&own).is_ok() {
-                            list.iter().for_each(|&a| see(nodes[a as usize]));
-                        }
-                    });
+                    for list in coupled(clusters, cluster as usize).filter(|list| list.binary_search(&own).is_ok()) {
+                        list.iter().for_each(|&a| see(nodes[a as usize]));
+                    }
                 } else {
                     nodes.iter().for_each(|&row| see(row));
                 }
@@ -85,10 +84,10 @@ impl NodeColumns {
     }
 
     /// For each term and cluster its first place, and for each pair of a cluster's nodes the place of the block in its column.
-    pub(crate) fn places(&self, model: &Model, uncondensed: bool, free: bool) -> (Vec<Vec<usize>>, Vec<u32>) {
+    pub(crate) fn places(&self, model: &Model, kept: bool) -> (Vec<Vec<usize>>, Vec<u32>) {
         let mut first_place = Vec::new();
         let pairs = |nodes: usize| nodes * (nodes + 1) / 2;
-        let count = |term: &dyn Term| match free && term.protocol().separates() {
+        let count = |term: &dyn Term| match term.form().stays(kept) {
             true => 0,
             false => (0..term.clusters()).map(|c| pairs(term.nodes(c).len())).sum::<usize>(),
         };
@@ -98,12 +97,13 @@ impl NodeColumns {
             for cluster in 0..term.clusters() {
                 firsts.push(places.len());
                 let list = term.nodes(cluster);
-                if free && term.protocol().separates() {
-                    continue;
-                }
-                if uncondensed && term.protocol().separates() {
-                    places_apart(&**term, cluster, list, self, &mut places);
-                    continue;
+                match term.form() {
+                    form if form.stays(kept) => continue,
+                    Form::Blocks { apart: Some(clusters), .. } => {
+                        places_apart(coupled(clusters, cluster), list, self, &mut places);
+                        continue;
+                    }
+                    _ => {}
                 }
                 for (b, &column) in list.iter().enumerate() {
                     let rows = self.column(column as usize);
@@ -122,17 +122,29 @@ impl NodeColumns {
     }
 }
 
-/// Appends the places of a cluster's pairs where only nodes that share a point are coupled.
-fn places_apart(term: &dyn Term, cluster: usize, list: &[u32], columns: &NodeColumns, places: &mut Vec<u32>) {
+/// Lists of the nodes of a cluster, by their places there, that share a point.
+fn coupled(clusters: &Clusters, cluster: usize) -> impl Iterator<Item = &[u16]> {
+    let mut last: &[u16] = &[];
+    let lists = clusters.points(cluster).map(|point| clusters.local(point));
+    lists.filter(move |list| std::mem::replace(&mut last, list) != *list)
+}
+
+/// Appends the places of a cluster's pairs where only nodes of one list are coupled.
+fn places_apart<'a>(
+    lists: impl Iterator<Item = &'a [u16]>,
+    list: &[u32],
+    columns: &NodeColumns,
+    places: &mut Vec<u32>,
+) {
     let n = list.len();
     let mut coupled = vec![false; n * n];
-    term.protocol().couplings(cluster, &mut |nodes| {
+    for nodes in lists {
         for &b in nodes {
             for &a in nodes {
                 coupled[b as usize * n + a as usize] = true;
             }
         }
-    });
+    }
     for (b, &column) in list.iter().enumerate() {
         let rows = columns.column(column as usize);
         let mut k = 0;

@@ -1,6 +1,8 @@
 //! Measures of a state: energy, gradients, determinants, and how far it can be trusted.
 
 use crate::term::StateDiagnostics;
+#[cfg(feature = "solve")]
+use crate::term::{Term, parted, parted_mut};
 
 use super::model_at::ModelAt;
 use super::{Model, Ranks};
@@ -27,7 +29,7 @@ impl ModelAt<'_> {
         let mut smallest = None;
         for (number, term) in self.model.summed() {
             let view = self.at.of_term(number);
-            let own = |cluster| term.diagnostics().and_then(|of| of.smallest_jacobian(cluster, view));
+            let own = |cluster| term.smallest_jacobian(cluster, view);
             smallest = self.fold_clusters(term.clusters(), own, smallest, smaller);
         }
         match &self.model.ranks {
@@ -41,9 +43,8 @@ impl ModelAt<'_> {
         let mut diagnostics = StateDiagnostics::default();
         for (number, term) in self.model.summed() {
             let view = self.at.of_term(number);
-            let own = |cluster| term.diagnostics().map(|of| of.of_state(cluster, view));
-            let join = |all: StateDiagnostics, own: Option<_>| own.map_or(all, |own| all.join(own));
-            diagnostics = self.fold_clusters(term.clusters(), own, diagnostics, join);
+            let own = |cluster| term.diagnostics(cluster, view);
+            diagnostics = self.fold_clusters(term.clusters(), own, diagnostics, StateDiagnostics::join);
         }
         match &self.model.ranks {
             Some(ranks) => diagnostics.over(|values| ranks.largest(values), |value| ranks.sum(value)),
@@ -55,9 +56,7 @@ impl ModelAt<'_> {
     #[cfg(feature = "solve")]
     pub(crate) fn check_step(self, before: Self) -> Option<String> {
         let mut terms = self.model.terms.iter().enumerate();
-        terms.find_map(|(number, term)| {
-            term.unilateral()?.check_step(before.at.of_term(number), self.at.of_term(number))
-        })
+        terms.find_map(|(number, term)| term.check_step(before.at.of_term(number), self.at.of_term(number)))
     }
 
     /// Condensed unknowns at a converged state with the memory of the step that led there.
@@ -65,25 +64,25 @@ impl ModelAt<'_> {
     pub(crate) fn update_history(self) -> Vec<Vec<f64>> {
         let mut condensed = self.at.condensed.to_vec();
         for (number, (term, condensed)) in self.model.terms.iter().zip(&mut condensed).enumerate() {
-            if let Some(history) = term.history() {
-                history.update(self.at.of_term(number), &mut condensed[history.variables()]);
-            }
+            term.update(self.at.of_term(number), parted_mut(&**term, condensed).1);
         }
         condensed
     }
 
     /// The error that a step of time has left in the stress, relative to the stress (root of the mean squares over the body): from
     /// the condensed unknowns `before` of a step earlier, where the loads had no break point since, to those at its end, whose memory
-    /// is still that of its beginning; see [`History::time_error`](crate::term::History::time_error).
+    /// is still that of its beginning; see [`Term::time_error`](crate::term::Term::time_error).
     #[cfg(feature = "solve")]
     pub(crate) fn time_error(self, before: Option<&[Vec<f64>]>) -> f64 {
         let mut sums = [0.0; 2];
         for (number, term) in self.model.summed() {
-            let Some(history) = term.history().filter(|history| history.is_timed()) else { continue };
-            let (range, view) = (history.variables(), self.at.of_term(number));
-            let mut next = view.condensed[range.clone()].to_vec();
-            history.update(view, &mut next);
-            let squares = history.time_error(before.map(|before| &before[number][range.clone()]), view, &next);
+            if !term.layout().timed {
+                continue;
+            }
+            let view = self.at.of_term(number);
+            let mut next = parted(term, view.condensed).1.to_vec();
+            term.update(view, &mut next);
+            let squares = term.time_error(before.map(|before| parted(term, &before[number]).1), view, &next);
             for (sum, square) in sums.iter_mut().zip(squares) {
                 *sum += square;
             }
@@ -108,11 +107,10 @@ impl Model {
     /// The largest $|\nabla u|$ of a displacement at any point.
     #[cfg(feature = "solve")]
     pub(crate) fn largest_gradient(&self, displacement: &[f64]) -> f64 {
-        let of_term = |term: &dyn crate::term::Term| {
-            let Some(own) = term.diagnostics() else { return 0.0 };
-            (0..term.clusters()).map(|c| own.largest_gradient(c, displacement)).fold(0.0, f64::max)
+        let of_clusters = |term: &std::sync::Arc<dyn Term>| {
+            (0..term.clusters()).map(|c| term.largest_gradient(c, displacement)).fold(0.0, f64::max)
         };
-        let mine = self.terms.iter().map(|term| of_term(&**term)).fold(0.0, f64::max);
+        let mine = self.terms.iter().map(of_clusters).fold(0.0, f64::max);
         match &self.ranks {
             Some(ranks) => -ranks.least(-mine),
             None => mine,

@@ -6,7 +6,7 @@ use crate::error::SolveError;
 #[cfg(feature = "solve")]
 use crate::geometry::Morton;
 use crate::geometry::Point;
-use crate::term::{Product, Term, Zone, condensed_range, variables_range};
+use crate::term::{Product, Term, Zone, parted_mut};
 
 use super::Ranks;
 use super::state_ref::{Origin, StateRef};
@@ -110,7 +110,7 @@ impl Model {
         let nodes = clusters.clone().flat_map(|c| term.nodes(c)).map(|&node| node as usize + 1);
         self.needs.push([
             nodes.max().unwrap_or(0),
-            clusters.map(|c| condensed_range(&*term, c).end).max().unwrap_or(0).max(variables_range(&*term).end),
+            clusters.map(|c| term.unknowns(c).end).max().unwrap_or(0) + term.layout().history,
         ]);
         self.terms.push(term);
         self.replicated.push(replicated);
@@ -210,14 +210,8 @@ impl Model {
             .zip(&self.needs)
             .map(|(term, [_, total])| {
                 let mut condensed = vec![0.0; *total];
-                if let Some(unknowns) = term.condensed() {
-                    for cluster in 0..term.clusters() {
-                        unknowns.start(cluster, &mut condensed[unknowns.unknowns(cluster)]);
-                    }
-                }
-                if let Some(history) = term.history() {
-                    history.start_variables(&mut condensed[history.variables()]);
-                }
+                let (unknowns, history) = parted_mut(&**term, &mut condensed);
+                term.start(unknowns, history);
                 condensed
             })
             .collect()
@@ -253,25 +247,27 @@ impl Model {
 
     /// Whether the memory of a term fades with time: steps of the load are steps of time.
     pub fn is_timed(&self) -> bool {
-        self.terms.iter().any(|term| term.history().is_some_and(|history| history.is_timed()))
+        self.terms.iter().any(|term| term.layout().timed)
     }
 
     /// Whether a term acts from one side only.
     #[cfg(feature = "solve")]
     pub(crate) fn is_unilateral(&self) -> bool {
-        self.terms.iter().any(|term| term.unilateral().is_some())
+        self.terms.iter().any(|term| term.layout().unilateral)
     }
 
     /// Lets the searches of contacts rest as they were at the last state, or go on; whether there are any.
     #[cfg(feature = "solve")]
     pub(crate) fn hold_searches(&self, hold: bool) -> bool {
-        self.terms.iter().filter(|term| term.protocol().hold_search(hold)).count() > 0
+        self.terms.iter().filter(|term| term.hold_search(hold)).count() > 0
     }
 
     /// The product of a zone's matrix, $C^T H C$ left out, with a vector over all unknowns: node by node of the zone.
     pub(crate) fn multiply_zone(&self, zone: &Zone, x: &[f64], product: &mut Product) {
-        if let Some(term) = self.terms.get(zone.owner[0] as usize) {
-            term.protocol().multiply(zone, x, product);
+        product.values.clear();
+        product.values.resize(self.dim * zone.nodes.len(), 0.0);
+        if let Some(term) = self.terms.get(zone.owner[0] as usize).filter(|_| !zone.tangents.is_empty()) {
+            term.multiply(zone, x, product);
         }
     }
 }

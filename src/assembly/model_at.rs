@@ -4,7 +4,7 @@ use crate::error::SolveError;
 use crate::parallel::{map_ranges, map_with, threads};
 #[cfg(feature = "solve")]
 use crate::term::Zone;
-use crate::term::{Element, condensed_range, each_force};
+use crate::term::{Element, each_force};
 
 use super::model::{Model, SERIAL_BELOW};
 use super::state_ref::StateRef;
@@ -123,19 +123,17 @@ impl ModelAt<'_> {
             let view = at.of_term(number);
             if self.is_small() {
                 for cluster in 0..term.clusters() {
-                    bound = least(
-                        bound,
-                        term.advance(cluster, view, step, &mut condensed_step[condensed_range(&**term, cluster)]),
-                    );
+                    bound =
+                        least(bound, term.advance(cluster, view, step, &mut condensed_step[term.unknowns(cluster)]));
                 }
                 continue;
             }
             // One vector per run of clusters keeps the writes apart without unsafe code.
             let runs = map_ranges(term.clusters(), 2, |clusters| {
-                let mut values = vec![0.0; clusters.clone().map(|c| condensed_range(&**term, c).len()).sum()];
+                let mut values = vec![0.0; clusters.clone().map(|c| term.unknowns(c).len()).sum()];
                 let (mut bound, mut place): (f64, usize) = (1.0, 0);
                 for cluster in clusters.clone() {
-                    let count = condensed_range(&**term, cluster).len();
+                    let count = term.unknowns(cluster).len();
                     bound = least(bound, term.advance(cluster, view, step, &mut values[place..place + count]));
                     place += count;
                 }
@@ -145,7 +143,7 @@ impl ModelAt<'_> {
                 bound = least(bound, limit);
                 let mut place = 0;
                 for cluster in clusters {
-                    let range = condensed_range(&**term, cluster);
+                    let range = term.unknowns(cluster);
                     condensed_step[range.clone()].copy_from_slice(&values[place..place + range.len()]);
                     place += range.len();
                 }
@@ -161,10 +159,8 @@ impl ModelAt<'_> {
     #[cfg(feature = "solve")]
     pub(crate) fn advance_load(self, load_step: f64, condensed_step: &mut [Vec<f64>]) {
         for (number, (term, step)) in self.model.terms.iter().zip(condensed_step).enumerate() {
-            let Some(unilateral) = term.unilateral().filter(|_| load_step != 0.0) else { continue };
-            for cluster in 0..term.clusters() {
-                let own = &mut step[condensed_range(&**term, cluster)];
-                unilateral.advance_load(cluster, self.at.of_term(number), load_step, own);
+            for cluster in (0..term.clusters()).filter(|_| load_step != 0.0) {
+                term.advance_load(cluster, self.at.of_term(number), load_step, &mut step[term.unknowns(cluster)]);
             }
         }
     }
@@ -173,10 +169,8 @@ impl ModelAt<'_> {
     #[cfg(feature = "solve")]
     pub(crate) fn take_pressures(self, zones: &[Zone], pressures: &[[f64; 4]], condensed_step: &mut [Vec<f64>]) {
         for (zone, pressures) in zones.iter().zip(pressures) {
-            let [term, cluster] = zone.owner.map(|k| k as usize);
-            let owner = &*self.model.terms[term];
-            let own = &mut condensed_step[term][condensed_range(owner, cluster)];
-            owner.protocol().take_pressures(pressures, own);
+            let functions = zone.slopes.len() / (self.model.dim() * zone.nodes.len());
+            condensed_step[zone.owner[0] as usize][zone.place..][..functions].copy_from_slice(&pressures[..functions]);
         }
     }
 }

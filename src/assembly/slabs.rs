@@ -1,6 +1,6 @@
 //! The order of sums: slabs of clusters that several threads work on at once.
 
-use crate::term::{Term, Zone};
+use crate::term::{Coupling, Term, Zone};
 
 use super::model::Model;
 
@@ -101,8 +101,8 @@ pub(super) struct Gathered {
     pub skew: Vec<(u32, u32, f64)>,
     /// Pressures that are kept uncondensed.
     pub zones: Vec<Zone>,
-    /// Entries that neither the symmetric part nor the skew one holds.
-    pub coupling: Vec<(u32, u32, f64)>,
+    /// What neither the symmetric part nor the skew one holds.
+    pub coupling: Vec<Coupling>,
 }
 
 /// Which slab goes on where.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::compiled::by_dim;
 use crate::parallel::for_each_mut;
-use crate::term::{Element, LowerBlocks, PointMotion, View, Zone};
+use crate::term::{Coupling, Element, Form, LowerBlocks, PointMotion, View, Zone};
 
 use super::fault::fault;
 use super::model::Model;
@@ -38,10 +38,8 @@ pub(super) struct Places<'a> {
     /// For each pair (a ≥ b) of a cluster's nodes, by columns b, the place of the block in its node column.
     pub(super) blocks: &'a [u32],
     pub(super) slabs: &'a [SlabSchedule],
-    /// Whether pressures of zones are kept uncondensed.
-    pub(super) uncondensed: bool,
-    /// Whether nothing of terms with such zones is summed.
-    pub(super) free: bool,
+    /// Whether pressures of zones are kept uncondensed, and nothing of terms with such zones is summed.
+    pub(super) kept: bool,
 }
 
 /// The sum over the clusters of one term.
@@ -87,33 +85,19 @@ impl Sum<'_> {
     /// Adds the clusters at some places of the order.
     pub(super) fn add_clusters(&self, places: std::ops::Range<usize>, element: &mut Element, gathered: &mut Gathered) {
         let (dim, term) = (self.model.dim(), &*self.model.terms[self.term]);
-        let (matrix, protocol) = (term.matrix(), term.protocol());
-        let (has_matrix, lower) = (self.with_matrix && matrix.exists, protocol.fills_lower_blocks());
-        let (free, motion) = (self.places.free && protocol.separates(), protocol.points());
+        let (layout, form) = (term.layout(), term.form());
+        let wanted = self.with_matrix && layout.has_matrix;
+        let has_matrix = wanted && !form.stays(self.places.kept);
+        let dense = matches!(form, Form::Nodes);
         for cluster in places.map(|place| self.places.slabs[self.term].cluster(place)) {
             let nodes = term.nodes(cluster);
-            if motion.is_some() {
-                element.reset_points(nodes.len() * dim, has_matrix);
-            } else if has_matrix && lower && !free {
-                element.reset_lower(nodes.len(), dim);
-                element.uncondensed = self
-                    .places
-                    .uncondensed
-                    .then(|| Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
-            } else if has_matrix && free {
-                element.reset(nodes.len() * dim, false);
-                element.with_matrix = true;
-                element.free = true;
-                element.uncondensed = Some(Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
-            } else {
-                element.reset(nodes.len() * dim, has_matrix);
-                let keeps = has_matrix && self.places.uncondensed && protocol.keeps_pressures();
-                element.uncondensed =
-                    keeps.then(|| Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
-            }
+            element.reset(nodes.len() * dim, wanted && dense);
+            element.with_matrix = wanted;
+            element.uncondensed = (wanted && self.places.kept)
+                .then(|| Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
             term.linearize(cluster, self.at, element);
             // A scale that is NaN refuses the state; `ModelAt::fault` then names the term.
-            if !lower && motion.is_none() && fault(nodes.len() * dim, matrix, element).is_some() {
+            if dense && fault(nodes.len() * dim, layout, element).is_some() {
                 gathered.scale = f64::NAN;
                 continue;
             }
@@ -121,17 +105,11 @@ impl Sum<'_> {
                 zone.nodes.extend_from_slice(nodes);
                 gathered.zones.push(zone);
             }
-            let has_matrix = has_matrix && !free;
-            if has_matrix && !matrix.symmetric {
+            if has_matrix && !layout.symmetric {
                 symmetrise(element);
                 collect_skew(dim, nodes, element, &mut gathered.skew);
             }
-            if has_matrix && !element.coupling.is_empty() {
-                collect_coupling(dim, nodes, element, &mut gathered.coupling);
-            }
-            if let Some(motion) = motion.filter(|_| !element.point_coupling.is_empty()) {
-                by_dim!(dim, D => collect_point_coupling::<D>(nodes, motion, element, &mut gathered.coupling));
-            }
+            gathered.coupling.extend(element.coupling.drain(..).map(|own| over_all(dim, nodes, own)));
             let squares = || element.residual.iter().map(|force| force * force).sum();
             gathered.scale += element.force_squares.unwrap_or_else(squares);
             let mut from = 0;
@@ -141,12 +119,13 @@ impl Sum<'_> {
                 let part = &mut *lock(&self.parts[part]);
                 by_dim!(dim, D => {
                     add_forces::<D>(nodes, from..to, element, part);
-                    match motion {
-                        Some(motion) if !element.points.is_empty() => {
+                    match form {
+                        _ if !has_matrix => {}
+                        Form::Points(_) if element.points.is_empty() => {}
+                        Form::Points(motion) => {
                             self.add_point_columns::<D>(cluster, nodes, from..to, (motion, &mut *element), part);
                         }
-                        None if has_matrix => self.add_columns::<D>(cluster, nodes, from..to, element, part),
-                        _ => {}
+                        _ => self.add_columns::<D>(cluster, nodes, from..to, (dense, element), part),
                     }
                 });
                 from = to;
@@ -166,7 +145,7 @@ impl Sum<'_> {
         let Places { pattern, first_block, blocks: places, .. } = self.places;
         let (base, Element { points, columns: own, .. }) = (pattern.columns[part.first], element);
         for b in columns {
-            motion.columns::<D>(points, b, b, own);
+            motion.columns::<D>(points, b, own);
             let column = nodes[b] as usize * D;
             let first = first_block[self.term][cluster] + b * nodes.len() - b * b.saturating_sub(1) / 2;
             for &row in &own.rows {
@@ -191,7 +170,7 @@ impl Sum<'_> {
         cluster: usize,
         nodes: &[u32],
         columns: std::ops::Range<usize>,
-        element: &Element,
+        (dense, element): (bool, &Element),
         part: &mut Part<'_>,
     ) {
         let Places { pattern, first_block, blocks: places, .. } = self.places;
@@ -207,11 +186,11 @@ impl Sum<'_> {
             for j in 0..D {
                 let target = pattern.columns[column * D + j] - base;
                 // Component i of the a-th node from b on stands at `source[i * by_component + a * by_node]`.
-                let (source, by_component, by_node) = if element.lower.wanted {
+                let (source, by_component, by_node) = if dense {
+                    (&element.matrix[(b * D + j) * size + b * D..(b * D + j + 1) * size], 1, D)
+                } else {
                     let (source, rows) = element.lower.column::<D>(b, j);
                     (&source[b - LowerBlocks::start(b)..], rows, 1)
-                } else {
-                    (&element.matrix[(b * D + j) * size + b * D..(b * D + j + 1) * size], 1, D)
                 };
                 for i in j..D {
                     part.values[target + i - j] += source[i * by_component];
@@ -269,32 +248,10 @@ fn collect_skew(dim: usize, nodes: &[u32], element: &Element, skew: &mut Vec<(u3
     }
 }
 
-/// Appends what factors leave out.
-fn collect_coupling(dim: usize, nodes: &[u32], element: &Element, coupling: &mut Vec<(u32, u32, f64)>) {
-    let size = element.residual.len();
-    let unknown = |local: usize| nodes[local / dim] * dim as u32 + (local % dim) as u32;
-    for (column, entries) in element.coupling.chunks_exact(size).enumerate() {
-        let all = entries.iter().enumerate().filter(|(_, value)| **value != 0.0);
-        coupling.extend(all.map(|(row, value)| (unknown(row), unknown(column), *value)));
+/// What a cluster couples, over the unknowns of all nodes.
+fn over_all(dim: usize, nodes: &[u32], mut own: Coupling) -> Coupling {
+    for (k, _) in own.left.iter_mut().chain(&mut own.right) {
+        *k = nodes[*k as usize / dim] * dim as u32 + *k % dim as u32;
     }
-}
-
-/// The same where it is over points.
-fn collect_point_coupling<const D: usize>(
-    nodes: &[u32],
-    motion: &PointMotion,
-    element: &mut Element,
-    coupling: &mut Vec<(u32, u32, f64)>,
-) {
-    let Element { point_coupling, columns, .. } = element;
-    for (b, &node) in nodes.iter().enumerate() {
-        motion.columns::<D>(point_coupling, b, 0, columns);
-        for &row in &columns.rows {
-            let first = nodes[row as usize] * D as u32;
-            for (j, values) in columns.block::<D>(row).iter().enumerate() {
-                let all = values.iter().enumerate().filter(|(_, value)| **value != 0.0);
-                coupling.extend(all.map(|(i, value)| (first + i as u32, node * D as u32 + j as u32, *value)));
-            }
-        }
-    }
+    own
 }

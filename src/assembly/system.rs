@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::term::Zone;
+use crate::term::{Coupling, Zone};
 
 use super::Ranks;
 
@@ -21,8 +21,8 @@ pub struct System {
     pub skew: Vec<(u32, u32, f64)>,
     /// What condensed pressures would add to $K$, where an assembler keeps them apart.
     pub zones: Vec<Zone>,
-    /// Further entries (row, column, value) of $K$ that neither part holds.
-    pub coupling: Vec<(u32, u32, f64)>,
+    /// Further parts of $K$, over its unknowns.
+    pub coupling: Vec<Coupling>,
     /// The ranks that share the matrix: values and skew part are what this one has summed of them. Residual, scale and load
     /// slope are whole.
     pub ranks: Option<Arc<dyn Ranks>>,
@@ -71,8 +71,9 @@ impl System {
             y[row as usize] += value * x[column as usize];
             y[column as usize] -= value * x[row as usize];
         }
-        for &(row, column, value) in &self.coupling {
-            y[row as usize] += value * x[column as usize];
+        for Coupling { left, right } in &self.coupling {
+            let factor: f64 = right.iter().map(|&(k, value)| value * x[k as usize]).sum();
+            left.iter().for_each(|&(k, value)| y[k as usize] += factor * value);
         }
     }
 }

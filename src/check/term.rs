@@ -3,7 +3,7 @@
 use crate::assembly::fault;
 use crate::error::{Error, Invalid, SolveError};
 use crate::linear::vector::norm;
-use crate::term::{Element, Term, View, condensed_range, variables_range};
+use crate::term::{Element, Form, Term, View, parted_mut};
 
 use super::{Law, Report, signed};
 
@@ -20,7 +20,7 @@ const SOLVED: f64 = 1e-12;
 
 /// Checks the contract of [`Term`] around a state, cluster by cluster: the residual is the derivative of
 /// the energy (where there is one), the matrix that of the residual, the load slope that of the residual
-/// by the load factor; nodes rise, forces and matrix are finite, the matrix is symmetric where [`Term::matrix`] promises so, residual, load slope and matrix keep the lengths in which they are handed over, and
+/// by the load factor; nodes rise, forces and matrix are finite, the matrix is symmetric where [`Term::layout`] promises so, residual, load slope and matrix keep the lengths in which they are handed over, and
 /// [`advance`](Term::advance) allows a step of nothing in full.
 ///
 /// `displacement` holds the coefficients of all nodes, as many components each as the term has dimensions: a small admissible state that
@@ -106,11 +106,8 @@ struct Probe<'a> {
 
 impl<'a> Probe<'a> {
     fn new(term: &'a dyn Term, displacement: &'a [f64], load: f64) -> Self {
-        let condensed = (0..term.clusters())
-            .map(|c| condensed_range(term, c).end)
-            .max()
-            .unwrap_or(0)
-            .max(variables_range(term).end);
+        let unknowns = (0..term.clusters()).map(|c| term.unknowns(c).end);
+        let condensed = unknowns.max().unwrap_or(0) + term.layout().history;
         let size = displacement.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let step = STEP * if size > 0.0 { size } else { 1.0 };
         Probe { term, displacement, load, condensed, nothing: vec![0.0; displacement.len()], step }
@@ -126,21 +123,21 @@ impl<'a> Probe<'a> {
         out: &mut Vec<f64>,
     ) -> f64 {
         out.clear();
-        out.resize(condensed_range(self.term, cluster).len(), 0.0);
+        out.resize(self.term.unknowns(cluster).len(), 0.0);
         self.term.advance(cluster, View { displacement, condensed, load }, step, out)
     }
 
     /// The condensed unknowns that belong to a displacement; `None` where they are not found.
     fn solved(&self, displacement: &[f64], load: f64) -> Option<Vec<f64>> {
         let mut condensed = vec![0.0; self.condensed];
-        if let Some(history) = self.term.history() {
-            history.start_variables(&mut condensed[history.variables()]);
-        }
+        let (unknowns, history) = parted_mut(self.term, &mut condensed);
+        self.term.start(unknowns, history);
         let mut change = Vec::new();
         for cluster in 0..self.term.clusters() {
-            let range = condensed_range(self.term, cluster);
-            let Some(unknowns) = self.term.condensed().filter(|_| !range.is_empty()) else { continue };
-            unknowns.start(cluster, &mut condensed[range.clone()]);
+            let range = self.term.unknowns(cluster);
+            if range.is_empty() {
+                continue;
+            }
             let mut found = false;
             for _ in 0..SWEEPS {
                 self.advance(cluster, displacement, load, &condensed, &self.nothing, &mut change);
@@ -189,12 +186,12 @@ impl<'a> Probe<'a> {
 
     /// What is wrong with a cluster whose matrix is filled node by node.
     fn fault(&self, cluster: usize, condensed: &[f64]) -> Option<&'static str> {
-        let (matrix, protocol) = (self.term.matrix(), self.term.protocol());
-        if protocol.fills_lower_blocks() || protocol.points().is_some() {
+        if !matches!(self.term.form(), Form::Nodes) {
             return None;
         }
-        let element = self.linearize(cluster, self.displacement, self.load, condensed, matrix.exists);
-        fault(element.residual.len(), matrix, &element)
+        let layout = self.term.layout();
+        let element = self.linearize(cluster, self.displacement, self.load, condensed, layout.has_matrix);
+        fault(element.residual.len(), layout, &element)
     }
 
     fn energy(&self, cluster: usize, displacement: &[f64], condensed: &[f64]) -> f64 {
@@ -223,7 +220,7 @@ impl<'a> Probe<'a> {
         for cluster in 0..self.term.clusters() {
             let place = || format!("cluster {cluster}");
             let element = self.linearize(cluster, self.displacement, self.load, base, true);
-            let full = full_matrix(self.term.dim(), &element, self.term.matrix().symmetric);
+            let full = full_matrix(self.term.dim(), &element, self.term.layout().symmetric);
             let forces = norm(&element.residual);
             for _ in 0..DIRECTIONS {
                 let direction: Vec<f64> = element.residual.iter().map(|_| signed(&mut random)).collect();
@@ -250,7 +247,7 @@ impl<'a> Probe<'a> {
                 let size = norm(&product) + forces * 1e-10 / self.step;
                 matrix.see(relative(&change, &product, size), place);
 
-                let range = condensed_range(self.term, cluster);
+                let range = self.term.unknowns(cluster);
                 if !range.is_empty() {
                     let step: Vec<f64> = plus.iter().zip(&minus).map(|(a, b)| (a - b) / (2.0 * self.step)).collect();
                     let mut increments = Vec::new();

@@ -1,7 +1,7 @@
 //! Coulomb's friction at a trace function in contact, with a rigid surface or another face.
 
 use crate::geometry::Point;
-use crate::term::Element;
+use crate::term::{Coupling, Element};
 
 use super::law::{Slipping, Touch, is_at_limit};
 
@@ -96,15 +96,10 @@ impl<const D: usize> Touch<D> {
         if !grip.slides {
             return;
         }
-        out.coupling.resize(size * size, 0.0);
-        for (column, by_gap) in out.coupling.chunks_exact_mut(size).zip(slope) {
-            let factor = friction * self.proximal / self.gap_area * by_gap;
-            if factor != 0.0 {
-                for (place, by) in moves {
-                    column[*place] += factor * by.dot(&grip.direction);
-                }
-            }
-        }
+        let factor = friction * self.proximal / self.gap_area;
+        let left = moves.iter().map(|(place, by)| (*place as u32, by.dot(&grip.direction))).collect();
+        let pressed = slope.iter().enumerate().filter(|(_, by_gap)| **by_gap != 0.0);
+        out.coupling.push(Coupling { left, right: pressed.map(|(k, by_gap)| (k as u32, factor * by_gap)).collect() });
     }
 
     /// The traction after a step that changes the gap and the slip.

@@ -213,9 +213,10 @@ impl<const D: usize> Touch<D> {
         }
         let square = proximal / self.gap_area;
         if let Some(zone) = &mut out.uncondensed {
-            zone.slopes.extend(slope.iter().map(|s| *s as f32));
+            // -A ∇ḡ·δd - δπ A/ε = A ḡ: what an iteration leaves of a gap is not multiplied by ε.
+            zone.slopes.extend(slope.iter().map(|s| -*s as f32));
             zone.hessian[0][0] = square;
-            zone.of_pi[0] = self.gap * self.area;
+            zone.of_pi[0] = -self.gap * self.area;
             // A pressure that changes from one trace function to the next meets w/μ.
             zone.shear = self.decisive / self.area;
         } else if out.with_matrix {

@@ -1,7 +1,7 @@
 //! What holds a round body that is free to roll.
 
 use crate::geometry::Point;
-use crate::term::{Element, Term, TermMatrix, View};
+use crate::term::{Element, Layout, Term, View};
 
 /// A spring between two opposite places of a round body, along its circumference: the mean displacements of two trace functions,
 /// $e = t_A\cdot\bar u_A + t_B\cdot\bar u_B$ with the tangents $t_A = -t_B$, so that it takes no part in translations.
@@ -37,8 +37,8 @@ impl<const D: usize> Term for RollingSpring<D> {
         &self.nodes
     }
 
-    fn matrix(&self) -> TermMatrix {
-        TermMatrix { follows_load: false, ..TermMatrix::default() }
+    fn layout(&self) -> Layout {
+        Layout { follows_load: false, ..Layout::default() }
     }
 
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {

@@ -3,9 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::geometry::{Point, padded};
-use crate::term::{
-    CondensedUnknowns, Curve, Element, History, Product, Protocol, Term, Unilateral, View, Zone, straight_until,
-};
+use crate::term::{Curve, Element, Layout, Term, View, parted, straight_until};
 
 use super::counted::CountedMean;
 use super::facing::THROUGH;
@@ -203,7 +201,7 @@ impl<const D: usize> RigidContact<D> {
 
     /// Where a trace function was beside the surface at the last converged state, and by how much the surface had turned.
     fn before(&self, trace: usize, condensed: &[f64]) -> (Point<D>, f64) {
-        let variables = &condensed[self.variables()];
+        let variables = parted(self, condensed).1;
         let angle = if self.surface.turning.is_some() { variables[variables.len() - 1] } else { 0.0 };
         (Point::from_fn(|i, _| variables[trace * D + i]), angle)
     }
@@ -414,6 +412,11 @@ impl<const D: usize> Term for RigidContact<D> {
             }
             return;
         }
+        if self.law.has_friction() {
+            out.uncondensed = None;
+        } else if let Some(zone) = &mut out.uncondensed {
+            zone.place = cluster;
+        }
         let (trace, kept) = (&self.contact_surface.traces[cluster], out.uncondensed.is_some());
         let size = trace.nodes.len() * D;
         // ∇ḡ A, in the buffer of the element, and what depth that counts from the mean has in the second derivatives,
@@ -469,63 +472,25 @@ impl<const D: usize> Term for RigidContact<D> {
         if touch.is_active() { 1.0 } else { touch.farthest(change) }
     }
 
-    fn condensed(&self) -> Option<&dyn CondensedUnknowns> {
-        Some(self)
+    fn layout(&self) -> Layout {
+        // Where each trace function was beside the surface; without friction that does not matter.
+        let turned = usize::from(self.surface.turning.is_some());
+        let history = if self.law.has_friction() { self.contact_surface.traces.len() * D + turned } else { 0 };
+        Layout { unilateral: true, history, ..Layout::default() }
     }
 
-    fn history(&self) -> Option<&dyn History> {
-        Some(self)
-    }
-
-    fn unilateral(&self) -> Option<&dyn Unilateral> {
-        Some(self)
-    }
-
-    fn protocol(&self) -> &dyn Protocol {
-        self
-    }
-}
-
-/// Where pressures are kept uncondensed, an iteration solves for $q = -\delta\pi$ beside the displacements:
-/// $A\\,\nabla\bar g\cdot\delta d - q\\,A/\varepsilon = -A\\,\bar g$, so that what it leaves of a gap is not multiplied by $\varepsilon$.
-impl<const D: usize> Protocol for RigidContact<D> {
-    fn keeps_pressures(&self) -> bool {
-        !self.law.has_friction()
-    }
-
-    fn multiply(&self, zone: &Zone, _: &[f64], product: &mut Product) {
-        product.values.clear();
-        product.values.resize(D * zone.nodes.len(), 0.0);
-    }
-
-    fn take_pressures(&self, pressures: &[f64; 4], condensed_step: &mut [f64]) {
-        condensed_step[0] = -pressures[0];
-    }
-}
-
-impl<const D: usize> CondensedUnknowns for RigidContact<D> {
     fn unknowns(&self, cluster: usize) -> std::ops::Range<usize> {
         let (stride, traces) = (self.law.stride(D), self.contact_surface.traces.len());
         cluster.min(traces) * stride..(cluster + 1).min(traces) * stride
     }
-}
 
-impl<const D: usize> History for RigidContact<D> {
-    fn variables(&self) -> std::ops::Range<usize> {
-        let traces = self.contact_surface.traces.len();
-        let first = traces * self.law.stride(D);
-        // Where each trace function was beside the surface; without friction that does not matter.
-        let turned = usize::from(self.surface.turning.is_some());
-        first..first + if self.law.has_friction() { traces * D + turned } else { 0 }
-    }
-
-    fn start_variables(&self, variables: &mut [f64]) {
+    fn start(&self, _: &mut [f64], history: &mut [f64]) {
         let placed = self.surface.placed(0.0, [0.0; 2]);
         let traces = self.contact_surface.traces.len();
-        for was in variables.chunks_exact_mut(D).take(traces) {
+        for was in history.chunks_exact_mut(D).take(traces) {
             was.iter_mut().zip(&placed.offset).for_each(|(was, offset)| *was = -offset);
         }
-        variables.iter_mut().skip(traces * D).for_each(|was| *was = placed.angle());
+        history.iter_mut().skip(traces * D).for_each(|was| *was = placed.angle());
     }
 
     fn update(&self, view: View<'_>, next: &mut [f64]) {
@@ -536,9 +501,7 @@ impl<const D: usize> History for RigidContact<D> {
         let angle = self.placed(view.displacement, view.load).angle();
         next.iter_mut().skip(traces * D).for_each(|now| *now = angle);
     }
-}
 
-impl<const D: usize> Unilateral for RigidContact<D> {
     fn rounding(&self) -> [f64; 2] {
         self.law.rounding(&self.contact_surface, self.contact_surface.extent)
     }

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, SVector, Vector3};
 
 use crate::cells::BoundaryCells;
 use crate::geometry::{Point, padded};
-use crate::term::{Element, PointMotion, View};
+use crate::term::{Element, PointMotion, View, parted};
 
 use super::chain::{Chain, Laid};
 use super::faces::{Faces, LaidFaces};
@@ -306,7 +306,7 @@ impl<const D: usize> PairContact<D> {
 
     /// What slips beside what since the last converged state, with the displacements of the nodes there.
     fn held(&self, condensed: &[f64]) -> Arc<Held<D>> {
-        let internal_variables = &condensed[self.carrying * self.law.stride(D)..];
+        let internal_variables = parted(self, condensed).1;
         let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(held) = held.as_ref().filter(|held| held.internal_variables == internal_variables) {
             return held.clone();
@@ -343,7 +343,7 @@ impl<const D: usize> PairContact<D> {
             return Vec::new();
         }
         let mut since = displacement.to_vec();
-        for (&node, was) in self.nodes.iter().zip(condensed[self.carrying * self.law.stride(D)..].chunks_exact(D)) {
+        for (&node, was) in self.nodes.iter().zip(parted(self, condensed).1.chunks_exact(D)) {
             since[node as usize * D..].iter_mut().zip(was).for_each(|(u, was)| *u -= was);
         }
         self.moves(&since)

@@ -1,7 +1,7 @@
 //! Contact of two parts as a term of the potential.
 
 use crate::geometry::Point;
-use crate::term::{CondensedUnknowns, Element, History, PointMotion, Protocol, Term, Unilateral, View};
+use crate::term::{Coupling, Element, Form, Layout, Term, View};
 
 use super::friction::friction_step;
 use super::law::{Gradients, Touch};
@@ -50,10 +50,7 @@ impl<const D: usize> Term for PairContact<D> {
         }
         let lists = touching.iter().map(|touching| touching.gathered.points.as_slice());
         if out.with_matrix {
-            out.points.reset::<D>(self.motion.len(), lists.clone());
-            if self.law.has_friction() {
-                out.point_coupling.reset::<D>(self.motion.len(), lists);
-            }
+            out.points.reset::<D>(self.motion.len(), lists);
             let factor = |touching: &Touching<D>| -touching.touch.concentrated()[0].max(0.0);
             let pressed = touching.iter().map(|touching| (touching.trace as u32, factor(touching), &*touching.pieces));
             self.add_curves(&pressed.collect::<Vec<_>>(), &now.state, out);
@@ -74,9 +71,10 @@ impl<const D: usize> Term for PairContact<D> {
             if out.with_matrix {
                 out.points.add::<D>(&points, &own.matrix);
             }
-            if !own.coupling.is_empty() {
-                out.point_coupling.add::<D>(&points, &own.coupling);
-            }
+            out.coupling.extend(own.coupling.drain(..).map(|Coupling { left, right }| Coupling {
+                left: self.over_nodes(&points, &left, &mut forces),
+                right: self.over_nodes(&points, &right, &mut forces),
+            }));
         }
         out.force_squares = Some(squares);
     }
@@ -91,34 +89,14 @@ impl<const D: usize> Term for PairContact<D> {
         bound
     }
 
-    fn condensed(&self) -> Option<&dyn CondensedUnknowns> {
-        Some(self)
+    fn layout(&self) -> Layout {
+        // Displacements of all nodes, from which slips are counted; without friction they do not matter.
+        let history = if self.law.has_friction() { self.nodes.len() * D } else { 0 };
+        Layout { unilateral: true, history, ..Layout::default() }
     }
 
-    fn history(&self) -> Option<&dyn History> {
-        Some(self)
-    }
-
-    fn unilateral(&self) -> Option<&dyn Unilateral> {
-        Some(self)
-    }
-
-    fn protocol(&self) -> &dyn Protocol {
-        self
-    }
-}
-
-impl<const D: usize> CondensedUnknowns for PairContact<D> {
     fn unknowns(&self, _: usize) -> std::ops::Range<usize> {
         0..self.carrying * self.law.stride(D)
-    }
-}
-
-impl<const D: usize> History for PairContact<D> {
-    fn variables(&self) -> std::ops::Range<usize> {
-        let first = self.carrying * self.law.stride(D);
-        // Displacements of all nodes, from which slips are counted; without friction they do not matter.
-        first..first + if self.law.has_friction() { self.nodes.len() * D } else { 0 }
     }
 
     fn update(&self, view: View<'_>, next: &mut [f64]) {
@@ -126,9 +104,7 @@ impl<const D: usize> History for PairContact<D> {
             now.copy_from_slice(&view.displacement[node as usize * D..][..D]);
         }
     }
-}
 
-impl<const D: usize> Unilateral for PairContact<D> {
     fn farthest_load(&self, from: f64, to: f64) -> f64 {
         if self.law.has_friction() { friction_step(from, to) } else { to }
     }
@@ -147,16 +123,14 @@ impl<const D: usize> Unilateral for PairContact<D> {
             self.touch(trace, &view, &now).0.advance_load(load_step, own);
         }
     }
-}
 
-impl<const D: usize> Protocol for PairContact<D> {
     fn hold_search(&self, hold: bool) -> bool {
         PairContact::hold_search(self, hold);
         true
     }
 
-    fn points(&self) -> Option<&PointMotion> {
-        Some(&self.motion)
+    fn form(&self) -> Form<'_> {
+        Form::Points(&self.motion)
     }
 }
 
@@ -181,6 +155,17 @@ impl<const D: usize> PairContact<D> {
         let factor = touch.concentrated()[0].max(0.0) / touch.gap_area;
         touch.add(&Gradients { slope, beside: area_slope, factor, square: 0.0 }, &moves, out);
         points
+    }
+
+    /// What a vector over the coordinates of points is over the unknowns of the nodes.
+    fn over_nodes(&self, points: &[u32], of_points: &[(u32, f64)], buffer: &mut [f64]) -> Vec<(u32, f64)> {
+        buffer.fill(0.0);
+        for &(place, value) in of_points {
+            let (point, i) = (points[place as usize / D], place as usize % D);
+            self.motion.of(point).iter().for_each(|&(node, factor)| buffer[node as usize * D + i] += factor * value);
+        }
+        let all = buffer.iter().enumerate().filter(|(_, value)| **value != 0.0);
+        all.map(|(k, value)| (k as u32, *value)).collect()
     }
 
     /// Writes the increments of the condensed unknowns of a trace function for a step that moves the points; the largest part of the step that

@@ -1,6 +1,6 @@
 //! The travel of pushed surfaces, and what keeps bodies regular that nothing but contact holds.
 
-use crate::term::{Amplitude, Element, Protocol, Term, TermMatrix, View};
+use crate::term::{Amplitude, Element, Layout, Term, View};
 
 /// The unknown travel of a rigid surface that is pushed, and the turn of one that is free to turn, as a length at the end of a lever: their
 /// loads, and what keeps the components regular that it has no use for.
@@ -39,8 +39,8 @@ impl Term for RigidBodyDof {
         self.loads.iter().flatten().map(|(_, amplitude)| amplitude.clone()).collect()
     }
 
-    fn matrix(&self) -> TermMatrix {
-        TermMatrix { follows_load: false, ..TermMatrix::default() }
+    fn layout(&self) -> Layout {
+        Layout { follows_load: false, ..Layout::default() }
     }
 
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
@@ -81,8 +81,8 @@ impl Term for ArtificialSpring {
         &self.nodes[cluster]
     }
 
-    fn matrix(&self) -> TermMatrix {
-        TermMatrix { follows_load: false, ..TermMatrix::default() }
+    fn layout(&self) -> Layout {
+        Layout { follows_load: false, artificial: true, ..Layout::default() }
     }
 
     fn linearize(&self, cluster: usize, _: View<'_>, out: &mut Element) {
@@ -91,15 +91,5 @@ impl Term for ArtificialSpring {
                 out.matrix[i * self.dim + i] = self.stiffness[cluster];
             }
         }
-    }
-
-    fn protocol(&self) -> &dyn Protocol {
-        self
-    }
-}
-
-impl Protocol for ArtificialSpring {
-    fn is_artificial(&self) -> bool {
-        true
     }
 }

@@ -112,7 +112,7 @@ impl LinearSolver for Krylov {
             columns[row].dedup();
         }
         let products = Pattern::from_columns(columns);
-        let assembler = self.auxiliary.model.assembler_apart();
+        let assembler = self.auxiliary.model.assembler();
         let preconditioner = match &self.preconditioner {
             Some(preconditioner) => {
                 // Along a curve, so that each rank holds a region.

@@ -1,7 +1,7 @@
 //! What is controlled where the load factor is an unknown, and where attempts start.
 
 use crate::error::SolveError;
-use crate::term::variables_range;
+use crate::term::parted_mut;
 
 use super::equilibrium::Equilibrium;
 use super::functional::{Deflection, Functional};
@@ -69,10 +69,7 @@ impl Equilibrium<'_> {
         let all = predicted.condensed.iter_mut().zip(self.model.terms());
         for ((condensed, term), (now, then)) in all.zip(state.condensed.iter().zip(&before.condensed)) {
             // What is remembered is held.
-            let range = variables_range(&**term);
-            let unknowns = if range.is_empty() { condensed.len() } else { range.start };
-            let condensed = &mut condensed[..unknowns];
-            for (l, (now, then)) in condensed.iter_mut().zip(now.iter().zip(then)) {
+            for (l, (now, then)) in parted_mut(&**term, condensed).0.iter_mut().zip(now.iter().zip(then)) {
                 *l += factor * ratio * (now - then);
             }
         }

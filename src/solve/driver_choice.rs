@@ -54,7 +54,8 @@ impl<'a, 'o> Continuation<'a, 'o> {
             // The first arc is as long as a first step of the load leads.
             return Some((Driver::Arc(Vec::new()), FIRST_LOAD.min(stepping.first)));
         }
-        let follows = model.terms().iter().map(|term| term.matrix()).any(|matrix| matrix.exists && matrix.follows_load);
+        let follows =
+            model.terms().iter().map(|term| term.layout()).any(|layout| layout.has_matrix && layout.follows_load);
         let whole = stepping.control == StepControl::Auto && stepping.first >= 1.0;
         if whole && !follows {
             // The first step of the first attempt is the tangent displacement itself.

@@ -10,7 +10,7 @@ use crate::linear::{Inertia, LinearSolver, LinearSystem};
 use crate::term::{Product, StateDiagnostics, Zone};
 
 use super::active_set::shift_diagonal;
-use super::increment::{Applied, Increment, LEAST_LOAD, condensed_change, rounding_of};
+use super::increment::{Applied, Increment, LEAST_LOAD, condensed_change};
 use super::motion_limit::MotionLimit;
 use super::state::State;
 
@@ -112,7 +112,7 @@ impl<'a> Equilibrium<'a> {
         break_points.retain(|&break_point| break_point > 0.0 && break_point < 1.0);
         break_points.sort_unstable_by(f64::total_cmp);
         break_points.dedup();
-        let rounding: f64 = model.terms().iter().map(|term| rounding_of(&**term)[1].powi(2)).sum();
+        let rounding: f64 = model.terms().iter().map(|term| term.rounding()[1].powi(2)).sum();
         Equilibrium {
             model,
             equations,
@@ -290,8 +290,7 @@ impl<'a> Equilibrium<'a> {
         let to = self.break_points.iter().find(inside).copied().unwrap_or(to);
         // A motion that returns within one step would not be seen: the step ends before.
         let to = self.motion_limit().until(from, to, self.smallest);
-        let unilateral = self.model.terms().iter().filter_map(|term| term.unilateral());
-        unilateral.fold(to, |to, of| of.farthest_load(from, to))
+        self.model.terms().iter().fold(to, |to, term| term.farthest_load(from, to))
     }
 
     pub(super) fn motion_limit(&self) -> &MotionLimit<'a> {

@@ -5,7 +5,7 @@ use std::ops::{AddAssign, Mul};
 use crate::assembly::Model;
 use crate::error::Cause;
 use crate::linear::vector::{dot, norm};
-use crate::term::{Term, variables_range};
+use crate::term::parted;
 
 use super::functional::Control;
 use super::state::State;
@@ -115,21 +115,13 @@ pub(super) fn condensed_change(model: &Model, steps: &[Vec<f64>], condensed: &[V
     let largest = |v: &[f64]| v.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
     let terms = steps.iter().zip(condensed).zip(model.terms());
     // What is remembered is no unknown.
-    let unknowns = |all: &[f64], term: &dyn Term| {
-        let held = variables_range(term);
-        largest(if held.is_empty() { all } else { &all[..held.start] })
-    };
-    let mut sizes: Vec<f64> = terms.flat_map(|((step, all), term)| [largest(step), unknowns(all, &**term)]).collect();
+    let mut sizes: Vec<f64> =
+        terms.flat_map(|((step, all), term)| [largest(step), largest(parted(&**term, all).0)]).collect();
     if let Some(ranks) = model.ranks() {
         ranks.largest(&mut sizes);
     }
     let part =
         |step: f64, all: f64, rounding: f64| if step <= rounding { 0.0 } else { step / all.max(f64::MIN_POSITIVE) };
     let changes = sizes.chunks_exact(2).zip(model.terms());
-    changes.map(|(sizes, term)| part(sizes[0], sizes[1], rounding_of(&**term)[0])).fold(0.0, f64::max)
-}
-
-/// Condensed unknowns and forces of a term that are rounding.
-pub(super) fn rounding_of(term: &dyn Term) -> [f64; 2] {
-    term.unilateral().map_or([0.0; 2], |unilateral| unilateral.rounding())
+    changes.map(|(sizes, term)| part(sizes[0], sizes[1], term.rounding()[0])).fold(0.0, f64::max)
 }

@@ -238,5 +238,5 @@ impl Equilibrium<'_> {
 /// Makes the matrix its transpose: its symmetric part stays.
 fn transpose(system: &mut System) {
     system.skew.iter_mut().for_each(|entry| entry.2 = -entry.2);
-    system.coupling.iter_mut().for_each(|(row, column, _)| std::mem::swap(row, column));
+    system.coupling.iter_mut().for_each(|of| std::mem::swap(&mut of.left, &mut of.right));
 }

@@ -5,7 +5,6 @@ use std::time::Instant;
 use crate::error::{Error, Invalid, SolveError};
 use crate::scene::{ApproximationChoice, Judging, Problem, Scheme};
 use crate::solve::{Dual, Ending, EquilibriumPath, Newton, State};
-use crate::term::variables_range;
 
 use super::answer::{Answer, Level, Tolerance, Verdict};
 use super::progress::Limits;
@@ -80,7 +79,7 @@ pub(super) fn solve<const D: usize>(
     let mut wasted = 0;
     let (mut corrected, mut rough) = (None, false);
     // Laws with internal variables reach their last state by their whole history.
-    let has_history = problem.model().terms().iter().any(|term| !variables_range(&**term).is_empty());
+    let has_history = problem.model().terms().iter().any(|term| term.layout().history > 0);
     if let Some(coarser) = coarser.filter(|_| !has_history) {
         let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
         let tight = problem.analysis().newton;

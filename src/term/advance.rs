@@ -5,7 +5,7 @@ use crate::simd::{Arithmetic, Task, dispatch};
 use crate::table::displacement_gradient;
 use crate::tensor::cofactor;
 
-use super::CondensedUnknowns;
+use super::Term;
 use super::body::Body;
 use super::element::View;
 use super::pressure_field::PressureField;

@@ -77,14 +77,8 @@ impl PointMotion {
         }
     }
 
-    /// The columns of a node in a matrix over the nodes, from the row of another one on.
-    pub(crate) fn columns<const D: usize>(
-        &self,
-        matrix: &PointMatrix,
-        node: usize,
-        from: usize,
-        out: &mut PointColumns,
-    ) {
+    /// The columns of a node in a matrix over the nodes, from its own row on.
+    pub(crate) fn columns<const D: usize>(&self, matrix: &PointMatrix, node: usize, out: &mut PointColumns) {
         out.begin::<D>(self);
         let PointColumns { rows, values, seen, points, half, points_seen } = out;
         let (values, half) = (blocks_mut::<D>(values), blocks_mut::<D>(half));
@@ -101,7 +95,7 @@ impl PointMotion {
         }
         for &point in points.iter() {
             let (of, block) = (self.of(point), &half[point as usize]);
-            let first = of.partition_point(|entry| (entry.0 as usize) < from);
+            let first = of.partition_point(|entry| (entry.0 as usize) < node);
             for &(place, factor) in &of[first..] {
                 let target = &mut values[place as usize];
                 if !std::mem::replace(&mut seen[place as usize], true) {
@@ -221,7 +215,7 @@ mod tests {
         };
         let mut columns = PointColumns::default();
         for node in 0..nodes {
-            motion.columns::<D>(&matrix, node, node, &mut columns);
+            motion.columns::<D>(&matrix, node, &mut columns);
             for row in node..nodes {
                 for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                     let mut expected = 0.0;

@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use crate::material::{Material, Past};
 use crate::table::ShapeTable;
 
-use super::CondensedUnknowns;
+use super::Term;
 use super::amplitude::Amplitude;
 use super::pressure_field::{PressureField, ProjectedMeasure};
 use super::stabilisation::{POINTWISE_SHARE, PointwiseEnergy, WIDEST, pointwise_share};
@@ -48,6 +48,8 @@ pub struct Body<const D: usize, M> {
     pub(super) fewest: usize,
     /// A zone on which no functions are orthonormal, and the square norm of one that is not positive.
     pub(super) unsuited: Option<f64>,
+    /// Whether its matrix goes without what the condensed pressures of zones add.
+    pub(super) apart: bool,
     /// Initial shear modulus where the measure follows the pressure, else 0.
     pub(super) shear: f64,
     pub(super) measure: VolumetricMeasure,
@@ -119,6 +121,7 @@ impl<const D: usize, M: Material> Body<D, M> {
             pointwise: None,
             fewest: 0,
             unsuited: None,
+            apart: false,
             shear: 0.0,
             measure: VolumetricMeasure::Volume,
             projected: ProjectedMeasure::Jacobian,
@@ -162,6 +165,17 @@ impl<const D: usize, M: Material> Body<D, M> {
     {
         let (material, rest) = (self.material.clone(), self.rest.clone());
         Body { table, material, rest, phi: self.phi.clone(), clock: self.clock.clone(), ..*self }
+    }
+
+    /// The same with a matrix that goes without what the condensed pressures of zones add: only nodes that share a point are coupled.
+    #[cfg(feature = "solve")]
+    pub(crate) fn apart(self) -> Self {
+        Body { apart: true, ..self }
+    }
+
+    /// Whether pressures of its zones can be kept as unknowns beside a matrix that stays at the points.
+    pub(super) fn separates(&self) -> bool {
+        D == 3 && self.table.gradient_components() == 3 && self.functions > 0
     }
 
     /// Whether it takes time.

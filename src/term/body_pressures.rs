@@ -5,7 +5,7 @@ use crate::material::Material;
 #[cfg(feature = "solve")]
 use crate::tensor::cofactor;
 
-use super::CondensedUnknowns;
+use super::Term;
 use super::body::Body;
 use super::element::View;
 use super::pressure_field::PressureField;
@@ -29,7 +29,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// stays pointwise.
     fn pressures_of(&self, view: View<'_>, of: impl Fn(f64, f64, f64) -> f64) -> Option<Vec<f64>> {
         let volumetric = self.material.volumetric()?;
-        let condensed = self.memory_range().end.max(self.condensed_count());
+        let condensed = self.condensed_count() + self.memory_len();
         if view.displacement.len() != self.table.node_count() * D || view.condensed.len() != condensed {
             return None;
         }
@@ -81,14 +81,13 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     /// Condensed unknowns that belong to a field of hydrostatic pressures $p(X)$ \[stress\], term by term as
-    /// [`Term::condensed`] counts them: the projections of the part of $p$ that zones carry, as the
+    /// [`Term::unknowns`] counts them: the projections of the part of $p$ that zones carry, as the
     /// derivative by what they project ($J$ or its root), and of that at the $J$ with $U'(J) = p$.
     ///
     /// A first guess for a state whose pressures are known from another model; empty where pressures are no
     /// unknowns.
     pub(crate) fn condensed_of(&self, pressure: impl Fn(&Point<D>) -> f64) -> Vec<f64> {
-        let clusters = self.table.clusters();
-        let total = clusters.len().checked_sub(1).map_or(0, |last| self.unknowns(last).end);
+        let (clusters, total) = (self.table.clusters(), self.condensed_count());
         let mut condensed = vec![0.0; total];
         let Some(volumetric) = self.material.volumetric() else { return condensed };
         if total == 0 {

@@ -8,11 +8,10 @@ use super::amplitude::Amplitude;
 use super::body::Body;
 use super::diagnostics::StateDiagnostics;
 use super::element::{Element, View};
+use super::layout::{Form, Layout};
 use super::pressure_field::PressureField;
-use super::protocol::Protocol;
 use super::step_limit::jacobian;
 use super::uncondensed::{Product, Zone};
-use super::views::{CondensedUnknowns, Diagnostics, History, TermMatrix};
 
 impl<const D: usize, M: Material> Term for Body<D, M> {
     fn dim(&self) -> usize {
@@ -40,12 +39,13 @@ impl<const D: usize, M: Material> Term for Body<D, M> {
         Err(Invalid::new("square norm of a pressure function over a zone", value, needed).into())
     }
 
-    fn matrix(&self) -> TermMatrix {
-        TermMatrix { follows_load: self.is_timed(), ..TermMatrix::default() }
+    fn layout(&self) -> Layout {
+        let (history, timed) = (self.memory_len(), !self.rest.is_empty() && self.clock.is_some());
+        Layout { follows_load: timed, history, timed, ..Layout::default() }
     }
 
     fn break_points(&self) -> Vec<f64> {
-        self.clock.as_ref().filter(|_| self.is_timed()).map_or_else(Vec::new, Amplitude::break_points)
+        self.clock.as_ref().filter(|_| !self.rest.is_empty()).map_or_else(Vec::new, Amplitude::break_points)
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
@@ -60,24 +60,6 @@ impl<const D: usize, M: Material> Term for Body<D, M> {
         self.zone_energy(cluster, view)
     }
 
-    fn condensed(&self) -> Option<&dyn CondensedUnknowns> {
-        Some(self)
-    }
-
-    fn history(&self) -> Option<&dyn History> {
-        (!self.rest.is_empty()).then_some(self)
-    }
-
-    fn diagnostics(&self) -> Option<&dyn Diagnostics> {
-        Some(self)
-    }
-
-    fn protocol(&self) -> &dyn Protocol {
-        self
-    }
-}
-
-impl<const D: usize, M: Material> CondensedUnknowns for Body<D, M> {
     fn unknowns(&self, cluster: usize) -> std::ops::Range<usize> {
         match self.field {
             PressureField::Displacement => 0..0,
@@ -94,85 +76,29 @@ impl<const D: usize, M: Material> CondensedUnknowns for Body<D, M> {
         }
     }
 
-    fn start(&self, cluster: usize, condensed: &mut [f64]) {
-        match self.field {
-            PressureField::Displacement => {}
-            PressureField::Pointwise => {
-                for pair in condensed.chunks_exact_mut(2) {
-                    pair.copy_from_slice(&[1.0, 0.0]);
-                }
-            }
-            _ => {
-                condensed.fill(0.0);
-                for point in self.table.clusters().points(cluster) {
-                    let weight = self.table.weights()[point];
-                    for (theta, phi) in condensed.iter_mut().zip(self.phi(point)) {
-                        *theta += weight * phi;
-                    }
-                }
-                // The exponent is behind the last pair.
-                for pair in condensed[2 * self.functions..].chunks_exact_mut(2) {
-                    pair.copy_from_slice(&[1.0, 0.0]);
-                }
-            }
+    fn start(&self, condensed: &mut [f64], history: &mut [f64]) {
+        for cluster in 0..self.clusters() {
+            self.start_zone(cluster, &mut condensed[self.unknowns(cluster)]);
         }
-    }
-}
-
-impl<const D: usize, M: Material> History for Body<D, M> {
-    fn variables(&self) -> std::ops::Range<usize> {
-        self.memory_range()
-    }
-
-    fn start_variables(&self, variables: &mut [f64]) {
-        self.start_of_memory(variables);
+        self.start_of_memory(history);
     }
 
     fn update(&self, view: View<'_>, next: &mut [f64]) {
         self.update_histories(view, next);
     }
 
-    fn is_timed(&self) -> bool {
-        !self.rest.is_empty() && self.clock.is_some()
-    }
-
     fn time_error(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
         self.error_of_time(before, view, next)
     }
-}
 
-impl<const D: usize, M: Material> Protocol for Body<D, M> {
-    fn fills_lower_blocks(&self) -> bool {
-        true
-    }
-
-    fn separates(&self) -> bool {
-        D == 3 && self.table.gradient_components() == 3 && self.functions > 0
+    fn form(&self) -> Form<'_> {
+        Form::Blocks { kept: self.separates(), apart: self.apart.then(|| self.table.clusters()) }
     }
 
     fn multiply(&self, zone: &Zone, x: &[f64], product: &mut Product) {
         self.multiply_zone(zone, x, product);
     }
 
-    fn take_pressures(&self, pressures: &[f64; 4], condensed_step: &mut [f64]) {
-        let n = self.functions;
-        condensed_step[n..2 * n].copy_from_slice(&pressures[..n]);
-    }
-
-    fn couplings(&self, cluster: usize, visit: &mut dyn FnMut(&[u16])) {
-        let clusters = self.table.clusters();
-        let mut last: &[u16] = &[];
-        for point in clusters.points(cluster) {
-            let nodes = clusters.local(point);
-            if nodes != last {
-                visit(nodes);
-                last = nodes;
-            }
-        }
-    }
-}
-
-impl<const D: usize, M: Material> Diagnostics for Body<D, M> {
     fn largest_gradient(&self, cluster: usize, displacement: &[f64]) -> f64 {
         let points = self.table.clusters().points(cluster);
         points.map(|p| self.table.displacement_gradient(p, displacement).norm()).fold(0.0, f64::max)
@@ -189,7 +115,7 @@ impl<const D: usize, M: Material> Diagnostics for Body<D, M> {
             .map(|(j, point)| (j, self.table.positions()[point].as_slice().to_vec()))
     }
 
-    fn of_state(&self, cluster: usize, view: View<'_>) -> StateDiagnostics {
+    fn diagnostics(&self, cluster: usize, view: View<'_>) -> StateDiagnostics {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut volume, mut mean, mut pointwise) = (0.0, 0.0, 0.0);
         let volumetric = self.material.volumetric().filter(|_| self.functions == 0);

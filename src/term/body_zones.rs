@@ -5,9 +5,10 @@ use nalgebra::SMatrix;
 use crate::geometry::Point;
 use crate::material::{Material, Volumetric, VolumetricEnergy};
 
-use super::CondensedUnknowns;
+use super::Term;
 use super::body::Body;
 use super::element::View;
+use super::pressure_field::PressureField;
 use super::stabilisation::{POINTWISE_SHARE, ProjectedEnergy, WIDEST};
 use super::volumetric_measure::VolumetricMeasure;
 
@@ -74,6 +75,31 @@ impl<const D: usize, M: Material> Body<D, M> {
                 let scale = if norm > 1e-10 * before { 1.0 / norm } else { 0.0 };
                 for p in 0..weights.len() {
                     phi[p * functions + k] *= scale;
+                }
+            }
+        }
+    }
+
+    /// Writes the condensed unknowns of a cluster that belong to zero displacement.
+    pub(super) fn start_zone(&self, cluster: usize, condensed: &mut [f64]) {
+        match self.field {
+            PressureField::Displacement => {}
+            PressureField::Pointwise => {
+                for pair in condensed.chunks_exact_mut(2) {
+                    pair.copy_from_slice(&[1.0, 0.0]);
+                }
+            }
+            _ => {
+                condensed.fill(0.0);
+                for point in self.table.clusters().points(cluster) {
+                    let weight = self.table.weights()[point];
+                    for (theta, phi) in condensed.iter_mut().zip(self.phi(point)) {
+                        *theta += weight * phi;
+                    }
+                }
+                // The exponent is behind the last pair.
+                for pair in condensed[2 * self.functions..].chunks_exact_mut(2) {
+                    pair.copy_from_slice(&[1.0, 0.0]);
                 }
             }
         }

@@ -13,10 +13,19 @@ use super::uncondensed::Zone;
 pub struct View<'a> {
     /// Coefficients $d$, node by node, as many components each as the model has dimensions \[length\].
     pub displacement: &'a [f64],
-    /// Condensed unknowns of this term, all clusters; behind them its internal variables ([`History`](super::History)).
+    /// Condensed unknowns of this term, all clusters; behind them its internal variables ([`Layout::history`](super::Layout::history)).
     pub condensed: &'a [f64],
     /// Load factor $\lambda$.
     pub load: f64,
+}
+
+/// A matrix of rank one, $l\\,r^{\mathsf T}$: unknowns and values of both vectors.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Coupling {
+    /// $l$.
+    pub left: Vec<(u32, f64)>,
+    /// $r$.
+    pub right: Vec<(u32, f64)>,
 }
 
 /// The contribution of one cluster: gradient and Hessian of the potential over the cluster's unknowns.
@@ -35,23 +44,21 @@ pub struct Element {
     pub matrix: Vec<f64>,
     /// Whether the matrix is requested.
     pub with_matrix: bool,
-    /// A part of $\partial^2\Pi/\partial d\\,\partial d$ that is not symmetric and that factors leave out, `size × size` by columns: linear
-    /// solutions are refined until it is met. Empty where there is none.
-    pub coupling: Vec<f64>,
+    /// A part of $\partial^2\Pi/\partial d\\,\partial d$ that is not symmetric and that factors leave out: linear solutions are refined until
+    /// it is met.
+    pub coupling: Vec<Coupling>,
     /// Buffer for the term's own use.
     pub scratch: Vec<f64>,
-    /// Matrix and coupling of terms that fill them over points instead, and a buffer for their columns.
+    /// The matrix of terms that fill it over points instead, and a buffer for its columns.
     pub(crate) points: PointMatrix,
-    pub(crate) point_coupling: PointMatrix,
     pub(crate) columns: PointColumns,
-    /// The matrix of terms that fill its lower blocks instead.
+    /// The matrix of terms that fill its lower blocks instead: bodies, which add it to `matrix` where there is one.
     pub(crate) lower: LowerBlocks,
     pub(crate) windows: Windows,
     pub(crate) point_panel: PointPanel,
-    /// The contribution of the pressures that are kept uncondensed: what their condensation would have added to the matrix.
+    /// Where pressures may be kept uncondensed: what their condensation would have added to the matrix, and tangents at points in place
+    /// of the rest.
     pub(crate) uncondensed: Option<Zone>,
-    /// Whether tangents at points are all that is wanted of the matrix.
-    pub(crate) free: bool,
 }
 
 impl Element {
@@ -66,25 +73,8 @@ impl Element {
         self.matrix.resize(if with_matrix { size * size } else { 0 }, 0.0);
         self.coupling.clear();
         self.points.clear();
-        self.point_coupling.clear();
         self.with_matrix = with_matrix;
-        self.lower.wanted = false;
         self.uncondensed = None;
-        self.free = false;
-    }
-
-    /// As [`reset`](Element::reset), without a matrix over the nodes for a term that fills one over points.
-    pub(crate) fn reset_points(&mut self, size: usize, with_matrix: bool) {
-        self.reset(size, false);
-        self.with_matrix = with_matrix;
-    }
-
-    /// As [`reset`](Element::reset), with the matrix in lower blocks.
-    pub(crate) fn reset_lower(&mut self, nodes: usize, dim: usize) {
-        self.reset(nodes * dim, false);
-        self.lower.reset(nodes, dim);
-        self.lower.wanted = true;
-        self.with_matrix = true;
     }
 }
 

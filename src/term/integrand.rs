@@ -2,17 +2,15 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use crate::error::SolveError;
 use crate::geometry::padded;
 use crate::table::ShapeTable;
 use crate::tensor::Tangent;
 
-use super::point_contraction::{Contraction, reduce_stress, reduce_tangent};
 use super::step_limit::{largest_step, largest_step_of_hoops};
-use super::views::{Diagnostics, TermMatrix};
-use super::{Amplitude, Element, ForceDensities, Term, View};
+use super::{Amplitude, Element, ForceDensities, Layout, Term, View};
 
 /// What an integrand sees at a point; always three-dimensional.
 #[derive(Debug, Clone, Copy)]
@@ -180,10 +178,10 @@ impl<const D: usize> Term for Pointwise<D> {
         self.table.clusters().nodes(cluster)
     }
 
-    fn matrix(&self) -> TermMatrix {
+    fn layout(&self) -> Layout {
         let Sparsity { stress, force_by_gradient, force_by_displacement, .. } = self.integrand.sparsity();
-        let exists = stress || force_by_gradient || force_by_displacement;
-        TermMatrix { exists, symmetric: self.integrand.is_symmetric(), ..TermMatrix::default() }
+        let has_matrix = stress || force_by_gradient || force_by_displacement;
+        Layout { has_matrix, symmetric: self.integrand.is_symmetric(), ..Layout::default() }
     }
 
     fn break_points(&self) -> Vec<f64> {
@@ -224,65 +222,59 @@ impl<const D: usize> Term for Pointwise<D> {
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
-        let blocks = self.integrand.sparsity();
-        let table = &self.table;
+        let (blocks, table) = (self.integrand.sparsity(), &self.table);
         let size = table.clusters().nodes(cluster).len() * D;
-        let contraction = Contraction::of(table);
         for point in table.clusters().points(cluster) {
             let mut derivatives = PointDerivatives::default();
             self.integrand.evaluate(&self.state(point, &view), &mut derivatives);
-            let weight = table.weights()[point];
-            let local = table.clusters().local(point);
-            let values = table.values(point);
-            let gradients = table.gradients(point);
-            let n = local.len();
-            if blocks.force {
-                for (&l, value) in local.iter().zip(values) {
-                    for i in 0..D {
-                        out.residual[l as usize * D + i] += weight * value * derivatives.force[i];
-                        out.load_slope[l as usize * D + i] += weight * value * derivatives.force_by_load[i];
+            let (local, weight) = (table.clusters().local(point), table.weights()[point]);
+            let (values, gradients, n) = (table.values(point), table.gradients(point), local.len());
+            // Components of the gradient that component i of a node makes; the hoops belong to the first.
+            let made = |a: usize, i: usize| {
+                let hoops = table.hoop_components().iter().filter(move |_| i == 0);
+                let hoops = hoops.map(move |&k| (4 * k, gradients[D * n + a]));
+                (0..D).map(move |s| (3 * i + s, gradients[s * n + a])).chain(hoops)
+            };
+            for (a, &l) in local.iter().enumerate() {
+                for i in 0..D {
+                    let row = l as usize * D + i;
+                    if let Some(value) = values.get(a).filter(|_| blocks.force) {
+                        out.residual[row] += weight * value * derivatives.force[i];
+                        out.load_slope[row] += weight * value * derivatives.force_by_load[i];
+                    }
+                    if blocks.stress {
+                        let stress = |c: usize| derivatives.stress[(c / 3, c % 3)];
+                        out.residual[row] += weight * made(a, i).map(|(c, g)| stress(c) * g).sum::<f64>();
                     }
                 }
-            }
-            if blocks.stress {
-                let stress = reduce_stress::<D>(&derivatives.stress, table.hoop_components());
-                contraction.add_forces(table, point, &stress, weight, &mut out.residual);
             }
             if !out.with_matrix {
                 continue;
             }
-            if blocks.stress {
-                let tangent = reduce_tangent::<D>(&derivatives.stress_by_gradient, table.hoop_components());
-                contraction.add_matrix(table, point, &tangent, weight, size, self.integrand.is_symmetric(), out);
-            }
-            // Forces act through values, which smoothed tables lack.
-            if values.is_empty() || !blocks.force_by_gradient && !blocks.force_by_displacement {
-                continue;
-            }
-            for b in 0..n {
-                for j in 0..D {
-                    // ∂force/∂d_bj by the chain rule through F and u.
-                    let mut slope = Vector3::zeros();
+            for (b, j) in (0..n).flat_map(|b| (0..D).map(move |j| (b, j))) {
+                // The derivatives of force and stress by an unknown, by the chain rule through F and u.
+                let (mut force, mut stress) = (Vector3::zeros(), SVector::<f64, 9>::zeros());
+                for (c, g) in made(b, j) {
                     if blocks.force_by_gradient {
-                        for s in 0..D {
-                            slope += derivatives.force_by_gradient.column(3 * j + s) * gradients[s * n + b];
-                        }
-                        if j == 0 {
-                            for &k in table.hoop_components() {
-                                slope += derivatives.force_by_gradient.column(4 * k) * gradients[D * n + b];
-                            }
-                        }
+                        force += derivatives.force_by_gradient.column(c) * g;
                     }
-                    if blocks.force_by_displacement {
-                        slope += derivatives.force_by_displacement.column(j) * values[b];
+                    if blocks.stress {
+                        stress += derivatives.stress_by_gradient.column(c) * (weight * g);
                     }
-                    slope *= weight;
-                    let start = (local[b] as usize * D + j) * size;
-                    let column = &mut out.matrix[start..start + size];
-                    for (&l, value) in local.iter().zip(values) {
-                        for (entry, slope) in column[l as usize * D..][..D].iter_mut().zip(&slope) {
-                            *entry += value * slope;
+                }
+                // Forces act through values, which smoothed tables lack.
+                if let Some(value) = values.get(b).filter(|_| blocks.force_by_displacement) {
+                    force += derivatives.force_by_displacement.column(j) * *value;
+                }
+                force *= weight;
+                let column = &mut out.matrix[(local[b] as usize * D + j) * size..][..size];
+                for (a, &l) in local.iter().enumerate() {
+                    for i in 0..D {
+                        let mut sum = values.get(a).map_or(0.0, |value| value * force[i]);
+                        if blocks.stress {
+                            made(a, i).for_each(|(c, g)| sum += stress[c] * g);
                         }
+                        column[l as usize * D + i] += sum;
                     }
                 }
             }
@@ -314,12 +306,6 @@ impl<const D: usize> Term for Pointwise<D> {
             .sum()
     }
 
-    fn diagnostics(&self) -> Option<&dyn Diagnostics> {
-        Some(self)
-    }
-}
-
-impl<const D: usize> Diagnostics for Pointwise<D> {
     fn force_densities(&self, view: View<'_>) -> Option<ForceDensities> {
         if self.integrand.sparsity().stress {
             return None;

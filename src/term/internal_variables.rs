@@ -34,7 +34,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     #[inline]
     pub(super) fn recall<'a>(&'a self, view: View<'a>) -> Recall<'a> {
         let each = self.rest.len();
-        match view.condensed.get(self.memory_range()).and_then(<[f64]>::split_first) {
+        match self.memory(view.condensed).split_first() {
             None => Recall { elapsed: 0.0, points: &self.rest, stride: 0, each },
             Some((then, points)) => {
                 let elapsed = self.clock.as_ref().map_or(0.0, |clock| clock.evaluate(view.load).0 - then);
@@ -54,12 +54,14 @@ impl<const D: usize, M: Material> Body<D, M> {
         self.clock.as_ref().map_or(0.0, |clock| clock.evaluate(load).0)
     }
 
-    pub(super) fn memory_range(&self) -> std::ops::Range<usize> {
-        if self.rest.is_empty() {
-            return 0..0;
-        }
-        let start = self.condensed_count();
-        start..start + 1 + self.rest.len() * self.table().len()
+    /// Numbers that it remembers.
+    pub(super) fn memory_len(&self) -> usize {
+        if self.rest.is_empty() { 0 } else { 1 + self.rest.len() * self.table().len() }
+    }
+
+    /// What it remembers in a state; nothing where a state lacks it.
+    fn memory<'a>(&self, condensed: &'a [f64]) -> &'a [f64] {
+        super::parted(self, condensed).1
     }
 
     pub(super) fn start_of_memory(&self, memory: &mut [f64]) {
@@ -78,7 +80,7 @@ impl<const D: usize, M: Material> Body<D, M> {
 
     pub(super) fn error_of_time(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
         let (recall, Some((_, points))) = (self.recall(view), next.split_first()) else { return [0.0; 2] };
-        let began = view.condensed[self.memory_range().start];
+        let began = self.memory(view.condensed)[0];
         let mut sums = [0.0; 2];
         for (point, next) in points.chunks_exact(self.rest.len()).enumerate() {
             let earlier = before
@@ -111,11 +113,11 @@ impl<const D: usize, M: Material> Body<D, M> {
         condensed: &[f64],
         nearest: impl Fn(&crate::geometry::Point<D>) -> usize,
     ) -> Option<Vec<f64>> {
-        let given = condensed.get(from.memory_range()).filter(|given| !given.is_empty())?;
-        if from.rest.len() != self.rest.len() {
+        let given = from.memory(condensed);
+        if given.is_empty() || from.rest.len() != self.rest.len() {
             return None;
         }
-        let mut memory = Vec::with_capacity(self.memory_range().len());
+        let mut memory = Vec::with_capacity(self.memory_len());
         memory.push(given[0]);
         for x in self.table().positions() {
             let at = 1 + nearest(x) * self.rest.len();

@@ -7,6 +7,7 @@ use crate::simd::{Arithmetic, LANES, Task, dispatch};
 use crate::table::displacement_gradient;
 use crate::tensor::{add_hessian_in, cofactor};
 
+use super::Term;
 use super::body::Body;
 use super::contraction::{GROUP, PointTangent, Windows};
 use super::element::{Element, View};
@@ -357,13 +358,13 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
         let Linearize { body, cluster, view, out } = self;
-        let Element { residual, matrix, with_matrix, scratch, lower, windows, point_panel, uncondensed, free, .. } =
-            out;
-        let (free, with_matrix, table) = (*free, *with_matrix, &body.table);
+        let Element { residual, matrix, with_matrix, scratch, lower, windows, point_panel, uncondensed, .. } = out;
+        let mut kept = uncondensed.as_mut().filter(|_| body.separates());
+        let (free, with_matrix, table) = (kept.is_some(), *with_matrix, &body.table);
         let (clusters, n) = (table.clusters(), body.functions);
         let nodes = clusters.nodes(cluster).len();
         let mut vectors = Vectors::new::<D>(scratch, nodes, n);
-        if with_matrix && !lower.wanted && !free {
+        if with_matrix && !free {
             lower.reset(nodes, D);
         }
         let law = Law::new(body, view);
@@ -374,7 +375,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
         let points = (body.point_iterates(cluster, view.condensed), clusters.points(cluster).start);
         let mut zone = Summed { body, components, condensed: view.condensed, points, theta, pi, residuals };
         let wanted = if with_matrix { count * count } else { 0 };
-        if let (true, Some(kept)) = (free, &mut *uncondensed) {
+        if let Some(kept) = &mut kept {
             kept.tangents = vec![[[0.0; LANES]; ENTRIES]; clusters.points(cluster).len().div_ceil(LANES)];
         }
         point_panel.clear();
@@ -407,7 +408,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
             }
             let (components, reduced) = (&zone.components, zone.components.reduce::<D>(weight, stress));
             windows.add_forces::<A, D, S>(group, &reduced, vectors.stride, vectors.forces);
-            if free && let Some(kept) = &mut *uncondensed {
+            if let Some(kept) = &mut kept {
                 let place = point - clusters.points(cluster).start;
                 components.pack(weight, tangent, place % LANES, &mut kept.tangents[place / LANES]);
             } else if with_matrix && D == 3 && S == 3 {
@@ -424,13 +425,15 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
         if !with_matrix {
             return;
         }
-        if let Some(kept) = uncondensed {
+        if let Some(kept) = kept {
             vectors.keep::<D>(&zone.residuals, n, nodes, kept);
-            kept.shear = body.shear();
+            (kept.shear, kept.place) = (body.shear(), body.unknowns(cluster).start + n);
             return;
         }
-        vectors.add_products::<A, D>(&zone.residuals, n, lower);
-        if !lower.wanted {
+        if !body.apart {
+            vectors.add_products::<A, D>(&zone.residuals, n, lower);
+        }
+        if !matrix.is_empty() {
             lower.add_to::<D>(matrix);
         }
     }

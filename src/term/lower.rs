@@ -13,8 +13,6 @@ pub(crate) struct LowerBlocks {
     /// Where the columns of each node start.
     firsts: Vec<usize>,
     nodes: usize,
-    /// Whether the assembler takes the matrix in this form.
-    pub wanted: bool,
 }
 
 impl LowerBlocks {

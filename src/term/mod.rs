@@ -15,33 +15,32 @@ mod element;
 mod forces;
 mod integrand;
 mod internal_variables;
+mod layout;
 mod linearize;
 mod load;
 mod lower;
-mod point_contraction;
 mod point_panel;
 mod pressure_field;
 mod product;
-mod protocol;
 mod stabilisation;
 mod step_limit;
 mod uncondensed;
-mod views;
 mod volumetric_measure;
 mod zone_residuals;
 
 pub use amplitude::Amplitude;
 pub use body::Body;
 pub use diagnostics::StateDiagnostics;
-pub use element::{Element, ForceDensities, View};
+pub use element::{Coupling, Element, ForceDensities, View};
 pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity};
+pub use layout::{Form, Layout};
 #[cfg(feature = "solve")]
 pub(crate) use load::foundation;
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
 pub use pressure_field::{PressureField, ProjectedMeasure};
 pub use uncondensed::{Product, Zone};
-pub use views::{CondensedUnknowns, Diagnostics, History, TermMatrix, Unilateral};
 
+#[cfg(feature = "solve")]
 pub(crate) use at_points::PointMotion;
 #[cfg(feature = "solve")]
 pub(crate) use curve::{Curve, straight_until};
@@ -49,7 +48,8 @@ pub(crate) use forces::each_force;
 #[cfg(feature = "solve")]
 pub(crate) use forces::{add_residual, stored};
 pub(crate) use lower::LowerBlocks;
-pub(crate) use protocol::Protocol;
+
+use std::ops::Range;
 
 use crate::error::SolveError;
 
@@ -79,7 +79,7 @@ use crate::error::SolveError;
 ///         0.5 * self.stiffness * stretch * stretch
 ///     }
 /// }
-/// assert!(Spring { nodes: [0, 1], stiffness: 2.0 }.matrix().symmetric);
+/// assert!(Spring { nodes: [0, 1], stiffness: 2.0 }.layout().symmetric);
 /// ```
 pub trait Term: Send + Sync {
     /// Displacement components of a node: 1 along an axis, 2 in a plane, 3 in 3D. A model takes terms of its own dimension alone.
@@ -99,9 +99,9 @@ pub trait Term: Send + Sync {
         Ok(())
     }
 
-    /// What is known of the matrix.
-    fn matrix(&self) -> TermMatrix {
-        TermMatrix::default()
+    /// What is known of it before any state is.
+    fn layout(&self) -> Layout {
+        Layout::default()
     }
 
     /// Load factors inside $(0, 1)$ at which the forces of the term have break points: steps of the load stop there.
@@ -117,50 +117,101 @@ pub trait Term: Send + Sync {
     /// Adds the cluster's forces, load slope and, where requested, its matrix to zeroed buffers.
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element);
 
+    /// Where the condensed unknowns of a cluster stand among those of the term: unknowns that it condenses cluster by cluster, and whose
+    /// increments [`advance`](Term::advance) finds.
+    fn unknowns(&self, _cluster: usize) -> Range<usize> {
+        0..0
+    }
+
+    /// Writes the condensed unknowns of all clusters that belong to zero displacement, and the internal variables at rest, into zeros.
+    fn start(&self, _condensed: &mut [f64], _history: &mut [f64]) {}
+
     /// For the Newton increment `step` of the displacement, writes the increments of the cluster's
     /// condensed unknowns and returns the largest step factor in $[0, 1]$ that keeps the path admissible.
     fn advance(&self, _cluster: usize, _view: View<'_>, _step: &[f64], _condensed_step: &mut [f64]) -> f64 {
         1.0
     }
 
+    /// Adds what a change of the load factor in the same increment does to the increments of a cluster's condensed unknowns, where the
+    /// load factor is unknown: contact with a surface that is moved.
+    fn advance_load(&self, _cluster: usize, _view: View<'_>, _load_step: f64, _condensed_step: &mut [f64]) {}
+
     /// Energy stored in the cluster; zero for loads.
     fn energy(&self, _cluster: usize, _view: View<'_>) -> f64 {
         0.0
     }
 
-    /// Its condensed unknowns.
-    fn condensed(&self) -> Option<&dyn CondensedUnknowns> {
+    /// Writes the internal variables at a converged state, from what they were when the step to that state began.
+    fn update(&self, _view: View<'_>, _next: &mut [f64]) {}
+
+    /// Squares of the error that a step of time has left in the stress, and of the stress, summed over the term: from `before`,
+    /// the internal variables a step earlier where the loads had no break point since, over `view` with those of its beginning, to `next`.
+    fn time_error(&self, _before: Option<&[f64]>, _view: View<'_>, _next: &[f64]) -> [f64; 2] {
+        [0.0; 2]
+    }
+
+    /// The farthest load factor on the way from one to another that a single step may go to.
+    fn farthest_load(&self, _from: f64, to: f64) -> f64 {
+        to
+    }
+
+    /// Why a converged state does not follow from the last one: the body has left the rigid surface that it was said to lie on, or the
+    /// surface has gone through the body. The step is tried again with a smaller increment.
+    fn check_step(&self, _before: View<'_>, _after: View<'_>) -> Option<String> {
         None
     }
 
-    /// Its internal variables.
-    fn history(&self) -> Option<&dyn History> {
+    /// What rounding of coordinates makes of the condensed unknowns, and of the norm of the forces: changes below are none. Contact that
+    /// has come to rest under next to no force needs it, all else is measured beside its forces.
+    fn rounding(&self) -> [f64; 2] {
+        [0.0; 2]
+    }
+
+    /// The largest $|\nabla u|$ (Frobenius) of a displacement in a cluster; tells how far from linear it is.
+    fn largest_gradient(&self, _cluster: usize, _displacement: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// The smallest determinant of $F$ in a cluster and where, for terms that have one; negative beyond the axis of
+    /// revolution, where the hoop stretch is.
+    fn smallest_jacobian(&self, _cluster: usize, _view: View<'_>) -> Option<(f64, Vec<f64>)> {
         None
     }
 
-    /// What acts from one side only.
-    fn unilateral(&self) -> Option<&dyn Unilateral> {
+    /// What a cluster tells of the trust in a state.
+    fn diagnostics(&self, _cluster: usize, _view: View<'_>) -> StateDiagnostics {
+        StateDiagnostics::default()
+    }
+
+    /// The forces on the body as densities at points, for terms that have no others: what stresses are recovered in
+    /// equilibrium with.
+    fn force_densities(&self, _view: View<'_>) -> Option<ForceDensities> {
         None
     }
 
-    /// What it tells of a state beside its forces.
-    fn diagnostics(&self) -> Option<&dyn Diagnostics> {
-        None
-    }
-
-    /// What terms of this crate arrange with the assembler.
+    /// How it hands its matrix over: those of users node by node.
     #[doc(hidden)]
-    fn protocol(&self) -> &dyn Protocol {
-        &protocol::Plain
+    fn form(&self) -> Form<'_> {
+        Form::Nodes
+    }
+
+    /// Writes the product of the kept part of a cluster's matrix with a vector, node by node: $K x$ beside $C^T H C x$.
+    #[doc(hidden)]
+    fn multiply(&self, _zone: &Zone, _x: &[f64], _product: &mut Product) {}
+
+    /// Lets the search for what faces what rest as it was at the last state, or go on; whether there is one.
+    #[doc(hidden)]
+    fn hold_search(&self, _hold: bool) -> bool {
+        false
     }
 }
 
-/// Where the condensed unknowns of a cluster stand; nowhere for terms without any.
-pub(crate) fn condensed_range(term: &dyn Term, cluster: usize) -> std::ops::Range<usize> {
-    term.condensed().map_or(0..0, |condensed| condensed.unknowns(cluster))
+/// Condensed unknowns of a term in a state, and its internal variables behind them.
+pub(crate) fn parted<'a>(term: &dyn Term, own: &'a [f64]) -> (&'a [f64], &'a [f64]) {
+    own.split_at(own.len().saturating_sub(term.layout().history))
 }
 
-/// Where the internal variables of a term stand; nowhere for terms without any.
-pub(crate) fn variables_range(term: &dyn Term) -> std::ops::Range<usize> {
-    term.history().map_or(0..0, |history| history.variables())
+/// The same to be written.
+pub(crate) fn parted_mut<'a>(term: &dyn Term, own: &'a mut [f64]) -> (&'a mut [f64], &'a mut [f64]) {
+    own.split_at_mut(own.len().saturating_sub(term.layout().history))
 }

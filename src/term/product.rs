@@ -30,8 +30,6 @@ impl<const D: usize, M: Material> Task for Multiply<'_, D, M> {
     fn run<A: Arithmetic>(self) {
         let Multiply { body, zone, x, product } = self;
         let Product { values, moved, forces } = product;
-        values.clear();
-        values.resize(3 * zone.nodes.len(), 0.0);
         let table = body.table();
         let clusters = table.clusters();
         let points = clusters.points(zone.owner[1] as usize);

@@ -50,6 +50,8 @@ pub struct Zone {
     pub of_theta: [f64; FUNCTIONS],
     /// See `of_theta`.
     pub of_pi: [f64; FUNCTIONS],
+    /// The first of its pressures among the condensed unknowns of the term.
+    pub(crate) place: usize,
     /// Tangents $w A_{isjt}$ at the points of the cluster, where the rest of its matrix is not summed either.
     pub(crate) tangents: Vec<Tangents>,
 }

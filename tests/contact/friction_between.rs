@@ -200,7 +200,7 @@ fn assert_tangent<const D: usize>(kinematics: impl Kinematics<D> + 'static, fric
         );
     let problem = scene.discretize(&Scheme::default()).unwrap();
     let whole = problem.model();
-    let term = whole.terms().iter().find(|term| term.unilateral().is_some()).unwrap();
+    let term = whole.terms().iter().find(|term| term.layout().unilateral).unwrap();
     let mut model = Model::new(&problem.positions());
     model.add_shared(term.clone());
     let lower: usize = particles[0].iter().product();
@@ -210,8 +210,8 @@ fn assert_tangent<const D: usize>(kinematics: impl Kinematics<D> + 'static, fric
     }
     let direction: Vec<f64> = displacement.iter().map(|_| draw() - 0.5).collect();
     let mut condensed = model.start();
-    let held = term.history().unwrap().variables().start;
-    for unknowns in condensed[0][..held].chunks_exact_mut(1 + D) {
+    let unknowns = term.unknowns(0);
+    for unknowns in condensed[0][unknowns].chunks_exact_mut(1 + D) {
         unknowns[0] = 1e3 * (1.0 + draw());
         unknowns[1..D].iter_mut().for_each(|traction| *traction = 30.0 * draw());
     }

@@ -245,7 +245,7 @@ fn assert_balance<const D: usize>(kinematics: impl Kinematics<D> + 'static, sche
         .contact_between(on(Side::Max, "lower"), on(Side::Min, "upper"), "joint");
     let problem = scene.discretize(scheme).unwrap();
     let (whole, positions) = (problem.model(), problem.positions());
-    let term = whole.terms().iter().find(|term| term.unilateral().is_some()).unwrap();
+    let term = whole.terms().iter().find(|term| term.layout().unilateral).unwrap();
     let mut model = Model::new(&positions);
     model.add_shared(term.clone());
     let mut number: f64 = 0.3;

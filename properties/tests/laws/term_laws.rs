@@ -152,8 +152,7 @@ fn deformed_by<const D: usize>(
 fn exponents(model: &Model) -> Vec<(usize, usize)> {
     let of = |t: usize| -> Vec<(usize, usize)> {
         let term = &model.terms()[t];
-        let Some(condensed) = term.condensed() else { return Vec::new() };
-        let ranges = (0..term.clusters()).map(|c| condensed.unknowns(c)).filter(|range| range.len() % 2 == 1);
+        let ranges = (0..term.clusters()).map(|c| term.unknowns(c)).filter(|range| range.len() % 2 == 1);
         ranges.map(|range| (t, range.end - 1)).collect()
     };
     (0..model.terms().len()).flat_map(of).collect()

@@ -6,7 +6,6 @@ use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use rkpm::material::{Material, Mullins, Past, Prony, Viscoelastic};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
-use rkpm::term::CondensedUnknowns;
 
 const A10: f64 = 0.4;
 const BULK: f64 = 100.0;
@@ -272,7 +271,7 @@ fn bodies_that_do_not_remember_carry_nothing() {
     let clusters = 0..plain.body().table().clusters().len();
     let condensed = clusters.map(|cluster| plain.body().unknowns(cluster).end).max().unwrap();
     assert_eq!(plain.at_rest().condensed[0].len(), condensed);
-    assert!(plain.body().history().is_none());
+    assert_eq!(plain.body().layout().history, 0);
     assert!(!plain.model().is_timed());
     let path = plain.run().unwrap().completed().unwrap();
     assert_eq!(path.steps.len(), 1, "time is no reason for steps where nothing relaxes");

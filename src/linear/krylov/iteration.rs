@@ -97,7 +97,6 @@ impl Iteration {
         }
         let mut blocks = BlockMatrix::from_lower(self.assembler.pattern(), &self.system.values);
         // The levels are all that is needed until the next state.
-        self.system.zones = Vec::new();
         release(&mut self.system.values);
         self.stiffness = blocks.largest_diagonal();
         let stiff = HELD * self.stiffness;

@@ -10,7 +10,7 @@ use crate::error::{Error, Incompatible};
 use crate::geometry::Point;
 use crate::quadrature::Points;
 use crate::table::ShapeTable;
-use crate::term::{Amplitude, CondensedUnknowns, Element, Pointwise, Term, TermMatrix, View};
+use crate::term::{Amplitude, Element, Layout, Pointwise, Term, View};
 
 use super::frame::Frame;
 use super::unmeasured::Unmeasured;
@@ -115,18 +115,6 @@ impl<const D: usize> Rigidity<D> {
     }
 }
 
-impl<const D: usize> CondensedUnknowns for Rigidity<D> {
-    fn unknowns(&self, _: usize) -> Range<usize> {
-        // The first is their measure, one for all time: multipliers that vanish are settled.
-        0..1 + Self::COUNT
-    }
-
-    fn start(&self, _: usize, condensed: &mut [f64]) {
-        condensed.fill(0.0);
-        condensed[0] = 1.0;
-    }
-}
-
 impl<const D: usize> Term for Rigidity<D> {
     fn dim(&self) -> usize {
         D
@@ -140,12 +128,17 @@ impl<const D: usize> Term for Rigidity<D> {
         &self.frame.numbers
     }
 
-    fn matrix(&self) -> TermMatrix {
-        TermMatrix { follows_load: false, ..TermMatrix::default() }
+    fn layout(&self) -> Layout {
+        Layout { follows_load: false, ..Layout::default() }
     }
 
-    fn condensed(&self) -> Option<&dyn CondensedUnknowns> {
-        Some(self)
+    fn unknowns(&self, _: usize) -> Range<usize> {
+        // The first is their measure, one for all time: multipliers that vanish are settled.
+        0..1 + Self::COUNT
+    }
+
+    fn start(&self, condensed: &mut [f64], _: &mut [f64]) {
+        condensed[0] = 1.0;
     }
 
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
@@ -223,8 +216,8 @@ impl<const D: usize> Term for Turning<D> {
         &self.frame.numbers
     }
 
-    fn matrix(&self) -> TermMatrix {
-        TermMatrix { symmetric: false, ..TermMatrix::default() }
+    fn layout(&self) -> Layout {
+        Layout { symmetric: false, ..Layout::default() }
     }
 
     fn break_points(&self) -> Vec<f64> {

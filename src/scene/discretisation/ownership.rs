@@ -1,7 +1,7 @@
 //! What a rank holds of the condensed unknowns, by names that belong to the scene.
 
 use crate::geometry::Point;
-use crate::term::{condensed_range, variables_range};
+use crate::term::Term;
 
 use crate::scene::{DiscreteBody, Problem};
 
@@ -37,13 +37,13 @@ impl TermOwnership {
 
     fn of_body<const D: usize>(discrete_body: &DiscreteBody<D>) -> Self {
         let table = discrete_body.body.table();
-        let variables = variables_range(&*discrete_body.body).len();
+        let variables = discrete_body.body.layout().history;
         let each = variables.saturating_sub(1) / table.len().max(1);
         let mut ownership = TermOwnership { common: variables.min(1), ..TermOwnership::default() };
         for cluster in 0..table.clusters().len() {
             let points = table.clusters().points(cluster);
             ownership.keys.push(key(&table.positions()[points.clone()]));
-            ownership.unknowns.push(condensed_range(&*discrete_body.body, cluster).len());
+            ownership.unknowns.push(discrete_body.body.unknowns(cluster).len());
             ownership.internal_variables.push(each * points.len());
         }
         ownership

@@ -249,7 +249,7 @@ pub(crate) fn krylov<const D: usize>(
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
     }
-    model.add(elements);
+    model.add(elements.apart());
     let mut at = Points::empty();
     let own = Auxiliary::share(sharing.ranks().as_deref(), cells.positions().len());
     for position in &cells.positions()[own] {

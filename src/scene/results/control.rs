@@ -3,7 +3,7 @@
 use crate::error::{BoundaryError, Error, Invalid};
 use crate::geometry::Point;
 use crate::solve::{Deflection, EquilibriumPath, Functional, Observer, State};
-use crate::term::variables_range;
+use crate::term::{parted, parted_mut};
 
 use crate::scene::Problem;
 use crate::scene::results::verdict::Judging;
@@ -117,8 +117,7 @@ impl<const D: usize> Problem<D> {
         let mut condensed: Vec<Vec<f64>> =
             before.condensed.iter().zip(&behind.condensed).map(|(a, b)| mix(a, b)).collect();
         for (term, (condensed, before)) in self.model.terms().iter().zip(condensed.iter_mut().zip(&before.condensed)) {
-            let remembered = variables_range(&**term);
-            condensed[remembered.clone()].copy_from_slice(&before[remembered]);
+            parted_mut(&**term, condensed).1.copy_from_slice(parted(&**term, before).1);
         }
         State {
             displacement: mix(&before.displacement, &behind.displacement),

@@ -215,7 +215,7 @@ fn piece_name<const D: usize>(body: &str, piece: &[usize], positions: &[Point<D>
 
 /// Energies of motions at rest, relative to the stiffness: without what acts on steps alone.
 fn energies(whole: &Model, motions: &[Vec<f64>]) -> DMatrix<f64> {
-    let model = whole.retained(|term| !term.protocol().is_artificial());
+    let model = whole.retained(|term| !term.layout().artificial);
     let mut assembler = model.assembler();
     let mut system = Default::default();
     assembler.assemble_own(&model, StateRef::new(&vec![0.0; model.unknowns()], &model.start(), 0.0), &mut system);

@@ -38,7 +38,7 @@ const RIDGE: f64 = 1e-8;
 ///   none on free parts, nothing where a displacement is prescribed.
 ///
 /// The last two weigh three times as much as the data, and what is left on the surface is added there. Between particles $\sigma(X) = \sum_I\Psi_I(X)\\,\sigma_I(x)$. Patches
-/// beside a term that does not tell its [`force_densities`](crate::term::Diagnostics::force_densities) go without equilibrium.
+/// beside a term that does not tell its [`force_densities`](crate::term::Term::force_densities) go without equilibrium.
 /// Recovery from patches: O. C. Zienkiewicz and J. Z. Zhu, *Int. J. Numer. Meth. Engng* 33 (1992) 1331–1364; with
 /// equilibrium: N.-E. Wiberg and F. Abdulwahab, *ibid.* 36 (1993) 2703–2724.
 ///

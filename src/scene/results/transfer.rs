@@ -7,7 +7,7 @@ use crate::neighbours::BoxTree;
 use crate::shape::ShapeFunctions;
 use crate::solve::State;
 
-use crate::term::variables_range;
+use crate::term::parted_mut;
 
 use crate::scene::Problem;
 
@@ -88,17 +88,14 @@ impl<const D: usize> Problem<D> {
                     own[..condensed.len()].copy_from_slice(&condensed);
                 }
             }
-            let range = variables_range(&*discrete_body.body);
-            if let (false, Some(given)) =
-                (range.is_empty() || other.body.table().is_empty(), state.condensed.get(place))
-            {
+            if let (false, Some(given)) = (other.body.table().is_empty(), state.condensed.get(place)) {
                 let nearest = BoxTree::of(other.body.table().positions());
                 let internal_variables =
                     discrete_body.body.memory_from(&other.body, given, |x| nearest.nearest(x).unwrap_or(0));
                 if let (Some(internal_variables), Some(condensed)) =
                     (internal_variables, guess.condensed.get_mut(number))
                 {
-                    condensed[range].copy_from_slice(&internal_variables);
+                    parted_mut(&*discrete_body.body, condensed).1.copy_from_slice(&internal_variables);
                 }
             }
         }

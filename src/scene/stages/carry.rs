@@ -7,7 +7,7 @@ use crate::error::{Error, Incompatible};
 use crate::linear::vector::dot;
 use crate::scene::Problem;
 use crate::solve::State;
-use crate::term::{Amplitude, Element, Term, TermMatrix, View};
+use crate::term::{Amplitude, Element, Layout, Term, View};
 
 /// Iterations of conjugate gradients for the forces that conditions carry; each condition takes a few.
 const MOST: usize = 2000;
@@ -169,8 +169,8 @@ impl<const D: usize> Term for Fading<D> {
         &self.nodes[cluster]
     }
 
-    fn matrix(&self) -> TermMatrix {
-        TermMatrix { exists: false, follows_load: false, ..TermMatrix::default() }
+    fn layout(&self) -> Layout {
+        Layout { has_matrix: false, follows_load: false, ..Layout::default() }
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {

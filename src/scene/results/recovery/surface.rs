@@ -9,7 +9,7 @@ use crate::geometry::{Point, padded};
 use crate::quadrature::Points;
 use crate::solve::State;
 use crate::tensor::cofactor;
-use crate::term::{Term, View};
+use crate::term::{Term, View, parted};
 
 use crate::neighbours::BoxTree;
 
@@ -17,9 +17,10 @@ use super::{Facet, Moved, Recovery, surface_of};
 
 /// The nodes that a term may exert forces on; a contact that is open exerts none.
 fn acting<'a>(term: &'a dyn Term, condensed: &'a [f64]) -> impl Iterator<Item = u32> + 'a {
+    let unknowns = if term.layout().unilateral { parted(term, condensed).0 } else { &[] };
     let exerts = move |cluster: &usize| {
-        let own = term.condensed().and_then(|unknowns| condensed.get(unknowns.unknowns(*cluster)));
-        term.unilateral().is_none() || own.is_none_or(|own| own.iter().any(|value| *value != 0.0))
+        let own = unknowns.get(term.unknowns(*cluster));
+        unknowns.is_empty() || own.is_none_or(|own| own.iter().any(|value| *value != 0.0))
     };
     (0..term.clusters()).filter(exerts).flat_map(|cluster| term.nodes(cluster).iter().copied())
 }
@@ -62,7 +63,7 @@ impl<const D: usize> Recovery<'_, D> {
                 continue;
             }
             let mut given = [0.0, 0.0, 0.0];
-            if let Some(densities) = term.diagnostics().and_then(|of| of.force_densities(view)) {
+            if let Some(densities) = term.force_densities(view) {
                 given[1] = densities.weights.iter().filter(|_| sums).sum::<f64>();
                 let on_surface = densities.normals.len() == densities.positions.len() && !densities.normals.is_empty();
                 let found: Vec<_> = match on_surface {
