@@ -97,18 +97,21 @@ impl NodeColumns {
             for cluster in 0..term.clusters() {
                 firsts.push(places.len());
                 let list = term.nodes(cluster);
-                match term.form() {
+                let sparse = match term.form() {
                     form if form.stays(kept) => continue,
                     Form::Blocks { apart: Some(clusters), .. } => {
-                        places_apart(coupled(clusters, cluster), list, self, &mut places);
-                        continue;
+                        Some(pairs_of(list.len(), coupled(clusters, cluster)))
                     }
-                    _ => {}
-                }
+                    _ => None,
+                };
                 for (b, &column) in list.iter().enumerate() {
                     let rows = self.column(column as usize);
                     let mut k = 0;
-                    for &row in &list[b..] {
+                    for (a, &row) in list.iter().enumerate().skip(b) {
+                        if a > b && sparse.as_ref().is_some_and(|pairs| !pairs[b * list.len() + a]) {
+                            places.push(UNCOUPLED);
+                            continue;
+                        }
                         while rows[k] < row {
                             k += 1;
                         }
@@ -129,34 +132,13 @@ fn coupled(clusters: &Clusters, cluster: usize) -> impl Iterator<Item = &[u16]> 
     lists.filter(move |list| std::mem::replace(&mut last, list) != *list)
 }
 
-/// Appends the places of a cluster's pairs where only nodes of one list are coupled.
-fn places_apart<'a>(
-    lists: impl Iterator<Item = &'a [u16]>,
-    list: &[u32],
-    columns: &NodeColumns,
-    places: &mut Vec<u32>,
-) {
-    let n = list.len();
+/// Which of so many nodes are coupled with which.
+fn pairs_of<'a>(n: usize, lists: impl Iterator<Item = &'a [u16]>) -> Vec<bool> {
     let mut coupled = vec![false; n * n];
     for nodes in lists {
         for &b in nodes {
-            for &a in nodes {
-                coupled[b as usize * n + a as usize] = true;
-            }
+            nodes.iter().for_each(|&a| coupled[b as usize * n + a as usize] = true);
         }
     }
-    for (b, &column) in list.iter().enumerate() {
-        let rows = columns.column(column as usize);
-        let mut k = 0;
-        for (a, &row) in list.iter().enumerate().skip(b) {
-            if a > b && !coupled[b * n + a] {
-                places.push(UNCOUPLED);
-                continue;
-            }
-            while rows[k] < row {
-                k += 1;
-            }
-            places.push(k as u32);
-        }
-    }
+    coupled
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::compiled::by_dim;
 use crate::parallel::for_each_mut;
-use crate::term::{Coupling, Element, Form, LowerBlocks, PointMotion, View, Zone};
+use crate::term::{Coupling, Element, Form, LowerBlocks, View, Zone};
 
 use super::fault::fault;
 use super::model::Model;
@@ -106,8 +106,7 @@ impl Sum<'_> {
                 gathered.zones.push(zone);
             }
             if has_matrix && !layout.symmetric {
-                symmetrise(element);
-                collect_skew(dim, nodes, element, &mut gathered.skew);
+                symmetrise(dim, nodes, element, &mut gathered.skew);
             }
             gathered.coupling.extend(element.coupling.drain(..).map(|own| over_all(dim, nodes, own)));
             let squares = || element.residual.iter().map(|force| force * force).sum();
@@ -119,47 +118,11 @@ impl Sum<'_> {
                 let part = &mut *lock(&self.parts[part]);
                 by_dim!(dim, D => {
                     add_forces::<D>(nodes, from..to, element, part);
-                    match form {
-                        _ if !has_matrix => {}
-                        Form::Points(_) if element.points.is_empty() => {}
-                        Form::Points(motion) => {
-                            self.add_point_columns::<D>(cluster, nodes, from..to, (motion, &mut *element), part);
-                        }
-                        _ => self.add_columns::<D>(cluster, nodes, from..to, (dense, element), part),
+                    if has_matrix && !(matches!(form, Form::Points(_)) && element.points.is_empty()) {
+                        self.add_columns::<D>(cluster, nodes, from..to, (form, &mut *element), part);
                     }
                 });
                 from = to;
-            }
-        }
-    }
-
-    /// Adds some node columns of a matrix over points to the part that holds them.
-    fn add_point_columns<const D: usize>(
-        &self,
-        cluster: usize,
-        nodes: &[u32],
-        columns: std::ops::Range<usize>,
-        (motion, element): (&PointMotion, &mut Element),
-        part: &mut Part<'_>,
-    ) {
-        let Places { pattern, first_block, blocks: places, .. } = self.places;
-        let (base, Element { points, columns: own, .. }) = (pattern.columns[part.first], element);
-        for b in columns {
-            motion.columns::<D>(points, b, own);
-            let column = nodes[b] as usize * D;
-            let first = first_block[self.term][cluster] + b * nodes.len() - b * b.saturating_sub(1) / 2;
-            for &row in &own.rows {
-                let block = own.block::<D>(row);
-                let place = places[first + row as usize - b] as usize;
-                for j in 0..D {
-                    let target = pattern.columns[column + j] - base;
-                    if place == 0 {
-                        (j..D).for_each(|i| part.values[target + i - j] += block[j][i]);
-                    } else {
-                        let target = &mut part.values[target + place * D - j..][..D];
-                        target.iter_mut().zip(&block[j]).for_each(|(target, value)| *target += value);
-                    }
-                }
             }
         }
     }
@@ -170,39 +133,42 @@ impl Sum<'_> {
         cluster: usize,
         nodes: &[u32],
         columns: std::ops::Range<usize>,
-        (dense, element): (bool, &Element),
+        (form, element): (Form<'_>, &mut Element),
         part: &mut Part<'_>,
     ) {
         let Places { pattern, first_block, blocks: places, .. } = self.places;
-        let base = pattern.columns[part.first];
-        let size = nodes.len() * D;
-        // Blocks of earlier columns: Σ (len − b) for b < from.
-        let from = columns.start;
-        let mut place = first_block[self.term][cluster] + from * nodes.len() - from * from.saturating_sub(1) / 2;
+        let (base, n) = (pattern.columns[part.first], nodes.len());
+        let Element { matrix, lower, points, columns: own, .. } = element;
         for b in columns {
-            let column = nodes[b] as usize;
-            let blocks = &places[place..place + nodes.len() - b];
-            place += nodes.len() - b;
+            // Blocks of earlier columns: Σ (n − a) for a < b.
+            let blocks = &places[first_block[self.term][cluster] + b * n - b * b.saturating_sub(1) / 2..][..n - b];
+            if let Form::Points(motion) = form {
+                motion.columns::<D>(points, b, own);
+            }
             for j in 0..D {
-                let target = pattern.columns[column * D + j] - base;
-                // Component i of the a-th node from b on stands at `source[i * by_component + a * by_node]`.
-                let (source, by_component, by_node) = if dense {
-                    (&element.matrix[(b * D + j) * size + b * D..(b * D + j + 1) * size], 1, D)
-                } else {
-                    let (source, rows) = element.lower.column::<D>(b, j);
-                    (&source[b - LowerBlocks::start(b)..], rows, 1)
-                };
-                for i in j..D {
-                    part.values[target + i - j] += source[i * by_component];
-                }
-                for (a, &block) in blocks.iter().enumerate().skip(1) {
-                    if block == UNCOUPLED {
-                        continue;
+                let target = pattern.columns[nodes[b] as usize * D + j] - base;
+                let mut add = |block: u32, source: &[f64], by_component: usize| match block {
+                    0 => (j..D).for_each(|i| part.values[target + i - j] += source[i * by_component]),
+                    UNCOUPLED => {}
+                    _ => {
+                        let entries = &mut part.values[target + block as usize * D - j..][..D];
+                        for (i, entry) in entries.iter_mut().enumerate() {
+                            *entry += source[i * by_component];
+                        }
                     }
-                    let at = target + D - j + (block as usize - 1) * D;
-                    let entries = &mut part.values[at..at + D];
-                    for (i, entry) in entries.iter_mut().enumerate() {
-                        *entry += source[i * by_component + a * by_node];
+                };
+                match form {
+                    Form::Nodes => {
+                        let column = matrix[(b * D + j) * n * D..][b * D..n * D].chunks_exact(D);
+                        blocks.iter().zip(column).for_each(|(&block, source)| add(block, source, 1));
+                    }
+                    Form::Blocks { .. } => {
+                        let (source, rows) = lower.column::<D>(b, j);
+                        let first = b - LowerBlocks::start(b);
+                        blocks.iter().enumerate().for_each(|(a, &block)| add(block, &source[first + a..], rows));
+                    }
+                    Form::Points(_) => {
+                        own.rows.iter().for_each(|&row| add(blocks[row as usize - b], &own.block::<D>(row)[j], 1));
                     }
                 }
             }
@@ -221,28 +187,16 @@ fn add_forces<const D: usize>(nodes: &[u32], some: std::ops::Range<usize>, eleme
     }
 }
 
-/// Replaces the matrix by its symmetric part below and on the diagonal, its skew part above.
-fn symmetrise(element: &mut Element) {
-    let size = element.residual.len();
-    for column in 0..size {
-        for row in column + 1..size {
-            let lower = element.matrix[column * size + row];
-            let upper = element.matrix[row * size + column];
-            element.matrix[column * size + row] = 0.5 * (lower + upper);
-            element.matrix[row * size + column] = 0.5 * (lower - upper);
-        }
-    }
-}
-
-/// Appends the skew part that [`symmetrise`] left above the diagonal.
-fn collect_skew(dim: usize, nodes: &[u32], element: &Element, skew: &mut Vec<(u32, u32, f64)>) {
+/// Replaces the matrix by its symmetric part below the diagonal, and appends its skew part.
+fn symmetrise(dim: usize, nodes: &[u32], element: &mut Element, skew: &mut Vec<(u32, u32, f64)>) {
     let size = element.residual.len();
     let unknown = |local: usize| nodes[local / dim] * dim as u32 + (local % dim) as u32;
     for column in 0..size {
         for row in column + 1..size {
-            let value = element.matrix[row * size + column];
-            if value != 0.0 {
-                skew.push((unknown(row), unknown(column), value));
+            let [lower, upper] = [column * size + row, row * size + column].map(|place| element.matrix[place]);
+            element.matrix[column * size + row] = 0.5 * (lower + upper);
+            if lower != upper {
+                skew.push((unknown(row), unknown(column), 0.5 * (lower - upper)));
             }
         }
     }
