@@ -118,7 +118,7 @@ struct Pressures {
 }
 
 impl Pressures {
-    fn of<const D: usize, M: crate::material::Material>(body: &crate::term::Body<D, M>) -> Self {
+    fn of<const D: usize>(body: &crate::term::Body<D>) -> Self {
         let table = body.table();
         let mut pressures = Pressures { at: vec![Vec::new(); table.len()], count: 0, constant: Vec::new() };
         for cluster in 0..table.clusters().len() {

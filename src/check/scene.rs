@@ -252,7 +252,7 @@ fn largest_motion<const D: usize>(scene: &Scene<D>) -> Option<f64> {
 }
 
 /// The pressures of a body, or the points that constrain its volume.
-fn pressures<const D: usize>(body: &Body<D, std::sync::Arc<dyn Material>>) -> usize {
+fn pressures<const D: usize>(body: &Body<D>) -> usize {
     let table = body.table();
     match body.field() {
         PressureField::Displacement if body.material().volumetric().is_none() && !is_stiff(body.material()) => 0,

@@ -12,7 +12,7 @@ use super::pressure_field::PressureField;
 use super::step_limit::{largest_part, largest_step, largest_step_of_hoops};
 use super::zone_residuals::ZoneResiduals;
 
-impl<const D: usize, M: Material> Body<D, M> {
+impl<const D: usize> Body<D> {
     /// Increments of the condensed unknowns of a cluster and the largest step; see [`Term::advance`].
     pub(super) fn advance_cluster(
         &self,
@@ -25,15 +25,15 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 }
 
-struct Advance<'a, const D: usize, M> {
-    body: &'a Body<D, M>,
+struct Advance<'a, const D: usize> {
+    body: &'a Body<D>,
     cluster: usize,
     view: View<'a>,
     step: &'a [f64],
     condensed_step: &'a mut [f64],
 }
 
-impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
+impl<const D: usize> Task for Advance<'_, D> {
     type Output = f64;
 
     #[inline(always)]

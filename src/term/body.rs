@@ -1,5 +1,7 @@
 //! The body: distortional energy at points, volumetric energy at points or projected on zones.
 
+use std::sync::Arc;
+
 use nalgebra::Matrix3;
 
 use crate::material::{Material, Past};
@@ -35,9 +37,9 @@ use super::volumetric_measure::VolumetricMeasure;
 /// The exponent $q$ of $G = 1 + (J^q - 1)/q$ therefore rises from $1/m$ to 1, in sixteen parts, while the mean pressure of the
 /// zone rises from 0.8 to 1.6 of $\mu_0$. It is a condensed unknown that [`advance`](super::Term::advance)
 /// sets by the pressure and everything else takes as given: forces and matrix are those of the potential with it.
-pub struct Body<const D: usize, M> {
+pub struct Body<const D: usize> {
     pub(super) table: ShapeTable<D>,
-    pub(super) material: M,
+    pub(super) material: Arc<dyn Material>,
     pub(super) field: PressureField,
     pub(super) functions: usize,
     pub(super) phi: Vec<f64>,
@@ -60,7 +62,7 @@ pub struct Body<const D: usize, M> {
     pub(super) clock: Option<Amplitude>,
 }
 
-impl<const D: usize, M: Material> Body<D, M> {
+impl<const D: usize> Body<D> {
     /// A body with the given treatment of the volumetric energy; a material that can't be split
     /// runs in [`PressureField::Displacement`].
     ///
@@ -69,14 +71,14 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// not feel each other; $sk = \mu_0$ in solids. Zones with more points than the smallest, as odd numbers of cells and
     /// scattered particles make them, keep more of it, up to half as much again: they hold more changes of volume that no
     /// pressure sees.
-    pub fn new(table: ShapeTable<D>, material: M, field: PressureField) -> Self {
-        Body::projecting(table, material, field, ProjectedMeasure::Adapted)
+    pub fn new(table: ShapeTable<D>, material: impl Material + 'static, field: PressureField) -> Self {
+        Body::projecting(table, Arc::new(material), field, ProjectedMeasure::Adapted)
     }
 
     /// As [`new`](Body::new) with the measure of volume that projected fields project.
     pub(crate) fn projecting(
         table: ShapeTable<D>,
-        material: M,
+        material: Arc<dyn Material>,
         field: PressureField,
         measure: ProjectedMeasure,
     ) -> Self {
@@ -87,7 +89,7 @@ impl<const D: usize, M: Material> Body<D, M> {
             }
             _ => 0.0,
         };
-        let mut body = Body::zonal(table, material, field, stabilisation);
+        let mut body = Body::sharing(table, material, field, stabilisation);
         if body.functions > 0 {
             let clusters = body.table.clusters();
             body.fewest = (0..clusters.len()).map(|zone| clusters.points(zone).len()).min().unwrap_or(0);
@@ -107,7 +109,17 @@ impl<const D: usize, M: Material> Body<D, M> {
     ///
     /// With $J$ projected a pressed ring converged to states with negative eigenvalues for $sk \le \mu_0/2$; with the
     /// measure of [`new`](Body::new) it needs no pointwise part at all. Homogeneous states do not depend on $s$.
-    pub fn zonal(table: ShapeTable<D>, material: M, field: PressureField, stabilisation: f64) -> Self {
+    pub fn zonal(
+        table: ShapeTable<D>,
+        material: impl Material + 'static,
+        field: PressureField,
+        stabilisation: f64,
+    ) -> Self {
+        Body::sharing(table, Arc::new(material), field, stabilisation)
+    }
+
+    /// The same with a material that others use too.
+    fn sharing(table: ShapeTable<D>, material: Arc<dyn Material>, field: PressureField, stabilisation: f64) -> Self {
         let field = if material.volumetric().is_some() { field } else { PressureField::Displacement };
         let mut body = Body {
             rest: material.rest(),
@@ -159,10 +171,7 @@ impl<const D: usize, M: Material> Body<D, M> {
 
     /// The same body over another table with the same points and clusters.
     #[cfg(feature = "solve")]
-    pub(crate) fn over(&self, table: ShapeTable<D>) -> Self
-    where
-        M: Clone,
-    {
+    pub(crate) fn over(&self, table: ShapeTable<D>) -> Self {
         let (material, rest) = (self.material.clone(), self.rest.clone());
         Body { table, material, rest, phi: self.phi.clone(), clock: self.clock.clone(), ..*self }
     }
@@ -208,7 +217,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     /// The material.
-    pub fn material(&self) -> &M {
+    pub fn material(&self) -> &Arc<dyn Material> {
         &self.material
     }
 

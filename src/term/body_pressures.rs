@@ -10,7 +10,7 @@ use super::body::Body;
 use super::element::View;
 use super::pressure_field::PressureField;
 
-impl<const D: usize, M: Material> Body<D, M> {
+impl<const D: usize> Body<D> {
     /// The hydrostatic pressures $p = U'$ (2.15) \[stress\] at the points of the table, positive in tension;
     /// those of the zones where pressures are projected. `None` for a material without a volumetric part, and for a state of
     /// another model.

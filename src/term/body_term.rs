@@ -13,7 +13,7 @@ use super::pressure_field::PressureField;
 use super::step_limit::jacobian;
 use super::uncondensed::{Product, Zone};
 
-impl<const D: usize, M: Material> Term for Body<D, M> {
+impl<const D: usize> Term for Body<D> {
     fn dim(&self) -> usize {
         D
     }

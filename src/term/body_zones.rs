@@ -22,7 +22,7 @@ const PARTS: f64 = 16.0;
 /// A zone keeps its part until that of the current pressure differs by more than this.
 const KEPT: f64 = 0.75;
 
-impl<const D: usize, M: Material> Body<D, M> {
+impl<const D: usize> Body<D> {
     /// Orthonormal constants or linear functions on each cluster, by Gram–Schmidt over its points.
     pub(super) fn tabulate_zone_functions(&mut self, functions: usize, along: Option<&[SMatrix<f64, D, D>]>) {
         self.functions = functions;

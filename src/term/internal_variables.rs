@@ -29,7 +29,7 @@ impl<'a> Recall<'a> {
     }
 }
 
-impl<const D: usize, M: Material> Body<D, M> {
+impl<const D: usize> Body<D> {
     /// The memory in a view of the body: the time when it was written, then point by point; that at rest where there is none.
     #[inline]
     pub(super) fn recall<'a>(&'a self, view: View<'a>) -> Recall<'a> {
@@ -107,9 +107,9 @@ impl<const D: usize, M: Material> Body<D, M> {
 
     /// A memory for the points of another body over the same domain: that of the nearest point, at the same time.
     #[cfg(feature = "solve")]
-    pub(crate) fn memory_from<const E: usize, N: Material>(
+    pub(crate) fn memory_from<const E: usize>(
         &self,
-        from: &Body<E, N>,
+        from: &Body<E>,
         condensed: &[f64],
         nearest: impl Fn(&crate::geometry::Point<D>) -> usize,
     ) -> Option<Vec<f64>> {

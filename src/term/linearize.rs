@@ -17,29 +17,29 @@ use super::pressure_field::PressureField;
 use super::uncondensed::{ENTRIES, Tangents, Zone, entry};
 use super::zone_residuals::ZoneResiduals;
 
-impl<const D: usize, M: Material> Body<D, M> {
+impl<const D: usize> Body<D> {
     /// Adds forces and, where requested, the matrix of a cluster; see [`Term::linearize`].
     pub(super) fn linearize_cluster(&self, cluster: usize, view: View<'_>, out: &mut Element) {
         let (body, has_hoop) = (self, self.table.gradient_components() > D);
         // Compiled for the numbers of gradient slots that there are: of each axis, and in a body of revolution of the hoop.
         if const { D == 1 } {
             match has_hoop {
-                false => dispatch(Linearize::<D, 1, M> { body, cluster, view, out }),
-                true => dispatch(Linearize::<D, 2, M> { body, cluster, view, out }),
+                false => dispatch(Linearize::<D, 1> { body, cluster, view, out }),
+                true => dispatch(Linearize::<D, 2> { body, cluster, view, out }),
             }
         } else if const { D == 2 } {
             match has_hoop {
-                false => dispatch(Linearize::<D, 2, M> { body, cluster, view, out }),
-                true => dispatch(Linearize::<D, 3, M> { body, cluster, view, out }),
+                false => dispatch(Linearize::<D, 2> { body, cluster, view, out }),
+                true => dispatch(Linearize::<D, 3> { body, cluster, view, out }),
             }
         } else {
-            dispatch(Linearize::<D, 3, M> { body, cluster, view, out });
+            dispatch(Linearize::<D, 3> { body, cluster, view, out });
         }
     }
 }
 
-struct Linearize<'a, const D: usize, const S: usize, M> {
-    body: &'a Body<D, M>,
+struct Linearize<'a, const D: usize, const S: usize> {
+    body: &'a Body<D>,
     cluster: usize,
     view: View<'a>,
     out: &'a mut Element,
@@ -176,8 +176,8 @@ struct Law<'a> {
 
 impl<'a> Law<'a> {
     #[inline(always)]
-    fn new<const D: usize, M: Material>(body: &'a Body<D, M>, view: View<'a>) -> Self {
-        let (material, volumetric): (&dyn Material, _) = (&body.material, body.material.volumetric());
+    fn new<const D: usize>(body: &'a Body<D>, view: View<'a>) -> Self {
+        let (material, volumetric) = (&*body.material, body.material.volumetric());
         let (own, projected) = match body.field {
             PressureField::Displacement => (volumetric, None),
             _ => (None, volumetric),
@@ -284,8 +284,8 @@ impl<'a> Vectors<'a> {
 }
 
 /// A zone while its points are summed.
-struct Summed<'a, const D: usize, M> {
-    body: &'a Body<D, M>,
+struct Summed<'a, const D: usize> {
+    body: &'a Body<D>,
     components: Components,
     condensed: &'a [f64],
     /// $J$ and the pressure of what stays pointwise, point by point, and the first point.
@@ -295,7 +295,7 @@ struct Summed<'a, const D: usize, M> {
     residuals: ZoneResiduals,
 }
 
-impl<const D: usize, M: Material> Summed<'_, D, M> {
+impl<const D: usize> Summed<'_, D> {
     /// The pressure of a point with the deformation gradient `f`; what the zone's does to the forces is added for all its points at
     /// once, and stands in `slopes` until then.
     #[inline(always)]
@@ -352,7 +352,7 @@ const fn most_waiting(unknowns: usize) -> usize {
     }
 }
 
-impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M> {
+impl<const D: usize, const S: usize> Task for Linearize<'_, D, S> {
     type Output = ();
 
     #[inline(always)]

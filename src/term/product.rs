@@ -2,28 +2,27 @@
 
 use std::ops::Range;
 
-use crate::material::Material;
 use crate::simd::{Arithmetic, LANES, Task, dispatch};
 use crate::table::ShapeTable;
 
 use super::body::Body;
 use super::uncondensed::{Product, Tangents, Zone, entry};
 
-impl<const D: usize, M: Material> Body<D, M> {
+impl<const D: usize> Body<D> {
     /// Writes $\int B^T A\\,B x$ over a zone; see [`super::Term::multiply`].
     pub(super) fn multiply_zone(&self, zone: &Zone, x: &[f64], product: &mut Product) {
         dispatch(Multiply { body: self, zone, x, product });
     }
 }
 
-struct Multiply<'a, const D: usize, M> {
-    body: &'a Body<D, M>,
+struct Multiply<'a, const D: usize> {
+    body: &'a Body<D>,
     zone: &'a Zone,
     x: &'a [f64],
     product: &'a mut Product,
 }
 
-impl<const D: usize, M: Material> Task for Multiply<'_, D, M> {
+impl<const D: usize> Task for Multiply<'_, D> {
     type Output = ();
 
     #[inline(always)]

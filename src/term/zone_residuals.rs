@@ -1,6 +1,6 @@
 //! The local equations of a zone of pressure.
 
-use crate::material::{Material, VolumetricEnergy};
+use crate::material::VolumetricEnergy;
 
 use super::body::Body;
 use super::volumetric_measure::{Jet, VolumetricMeasure};
@@ -30,9 +30,9 @@ impl ZoneResiduals {
 
     /// Adds a point with determinant `j` and returns the measure of its volume.
     #[inline(always)]
-    pub(super) fn add<const D: usize, M: Material>(
+    pub(super) fn add<const D: usize>(
         &mut self,
-        body: &Body<D, M>,
+        body: &Body<D>,
         volumetric: &dyn VolumetricEnergy,
         point: usize,
         weight: f64,

@@ -7,7 +7,6 @@ use crate::boundary::Constraints;
 use crate::cells::Cells;
 use crate::error::{Error, SolveError};
 use crate::geometry::Part;
-use crate::material::Material;
 use crate::shape::Approximation;
 use crate::solve::Analysis;
 use crate::term::Body;
@@ -53,7 +52,7 @@ impl<const D: usize> Problem<D> {
     pub fn compose(
         cells: impl Cells<D> + 'static,
         approximation: impl Approximation<D> + 'static,
-        body: Body<D, Arc<dyn Material>>,
+        body: Body<D>,
     ) -> Result<Self, Error> {
         let needed = approximation.nodes().len();
         let counts = [("particles of the cells", cells.positions().len()), ("the table", body.table().node_count())];

@@ -10,7 +10,6 @@ use crate::assembly::Ranks;
 use crate::cells::Cells;
 use crate::error::{ApproximationError, Error, SolveError};
 use crate::geometry::Point;
-use crate::material::Material;
 use crate::parallel::map_with;
 use crate::scene::Sheet;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
@@ -26,7 +25,7 @@ pub(crate) const SERIAL_BELOW: usize = 64;
 pub struct DiscreteBody<const D: usize> {
     pub(crate) name: String,
     pub(crate) nodes: Range<usize>,
-    pub(crate) body: Arc<Body<D, Arc<dyn Material>>>,
+    pub(crate) body: Arc<Body<D>>,
     pub(crate) cells: Arc<dyn Cells<D>>,
     /// Its shape functions; nodes are counted within the body.
     pub(crate) approximation: Box<dyn Approximation<D>>,
@@ -52,7 +51,7 @@ impl<const D: usize> DiscreteBody<D> {
     }
 
     /// Its term of the potential.
-    pub fn body(&self) -> &Arc<Body<D, Arc<dyn Material>>> {
+    pub fn body(&self) -> &Arc<Body<D>> {
         &self.body
     }
 

@@ -78,7 +78,7 @@ impl<const D: usize> BodyInput<'_, D> {
 
     pub(crate) fn discrete_body(
         &self,
-        body: Body<D, Arc<dyn Material>>,
+        body: Body<D>,
         approximation: Box<dyn Approximation<D>>,
         facets: Facets,
         dilations: Vec<f64>,
@@ -107,10 +107,7 @@ pub(crate) fn expanding<const D: usize>(scene: &Scene<D>, table: ShapeTable<D>) 
 }
 
 /// A body with the clock of the scene.
-pub(crate) fn clocked<const D: usize>(
-    scene: &Scene<D>,
-    body: Body<D, Arc<dyn Material>>,
-) -> Result<Body<D, Arc<dyn Material>>, Error> {
+pub(crate) fn clocked<const D: usize>(scene: &Scene<D>, body: Body<D>) -> Result<Body<D>, Error> {
     let Some(clock) = &scene.clock else { return Ok(body) };
     clock.validate(|| "the clock of the scene".into())?;
     const LOOKS: usize = 64;

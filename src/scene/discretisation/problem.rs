@@ -10,7 +10,6 @@ use crate::boundary::Constraints;
 use crate::cells::{Cells, Lattice};
 use crate::error::{ApproximationError, BoundaryError, Error, SolveError};
 use crate::geometry::Point;
-use crate::material::Material;
 use crate::solve::{Analysis, State};
 use crate::term::{Body, Term};
 
@@ -111,7 +110,7 @@ impl<const D: usize> Problem<D> {
     }
 
     /// The term of the first body, also the first one of the model.
-    pub fn body(&self) -> &Arc<Body<D, Arc<dyn Material>>> {
+    pub fn body(&self) -> &Arc<Body<D>> {
         &self.first().body
     }
 

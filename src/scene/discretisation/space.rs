@@ -9,7 +9,6 @@ use crate::contact::RigidSurface;
 use crate::error::{Error, Incompatible, LinearError, SolveError};
 use crate::geometry::{Bounds, Domain, Point};
 use crate::linear::{Auxiliary, Krylov, after_their_rows, multiplications, nested_dissection};
-use crate::material::Material;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, FiniteElements};
 use crate::solve::StepControl;
@@ -193,7 +192,7 @@ pub(crate) fn krylov<const D: usize>(
     scheme: &Scheme,
     cells: &dyn Cells<D>,
     approximation: &dyn Approximation<D>,
-    body: &Body<D, Arc<dyn Material>>,
+    body: &Body<D>,
     equations: &Constraints,
     sharing: &Sharing,
 ) -> Result<Option<Krylov>, Error> {
@@ -311,9 +310,9 @@ fn elements_of<const D: usize>(
     scene: &Scene<D>,
     scheme: &Scheme,
     (cells, lattice): (&dyn Cells<D>, &Lattice<D>),
-    body: &Body<D, Arc<dyn Material>>,
+    body: &Body<D>,
     sharing: &Sharing,
-) -> Result<Option<Body<D, Arc<dyn Material>>>, Error> {
+) -> Result<Option<Body<D>>, Error> {
     let size = match scheme.pressure {
         PressureScheme::Auto if cells.is_thin() => 1,
         PressureScheme::Auto => 2,

@@ -1,7 +1,5 @@
 //! Zones in which conditions leave fewer free displacements than there are pressures.
 
-use std::sync::Arc;
-
 use crate::boundary::Constraints;
 use crate::cells::{Cells, ZoneParticles, Zones};
 use crate::error::{Error, GeometryError};
@@ -35,7 +33,7 @@ pub(super) fn free<const D: usize>(equations: &Constraints, particles: usize) ->
 pub(super) fn refuse<const D: usize>(
     scheme: &Scheme,
     (cells, zones): (&dyn Cells<D>, &Zones),
-    body: &Body<D, Arc<dyn Material>>,
+    body: &Body<D>,
     free: &dyn Fn(usize) -> f64,
     refused: Refused<'_>,
 ) -> Result<(), Error> {
