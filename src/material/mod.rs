@@ -334,9 +334,9 @@ pub trait Material: Send + Sync {
         self.inner().map_or([0.0; 2], |inner| inner.time_error(before, past, next))
     }
 
-    /// The part of the stress at rest that is left of a strain held for ever, 1 where nothing relaxes: stabilisations follow it.
-    fn relaxed(&self) -> f64 {
-        self.inner().map_or(1.0, |inner| inner.relaxed())
+    /// The series by which the stress of the shape relaxes, none where nothing does: what stabilises a body relaxes alike.
+    fn relaxation(&self) -> Option<&Prony> {
+        self.inner()?.relaxation()
     }
 
     /// The whole energy $W(F)$ of a sudden step from rest \[stress\]; NaN for $J \le 0$ where there is a volumetric part.

@@ -1,5 +1,7 @@
 //! Finite viscoelasticity by a Prony series.
 
+use std::ops::{Add, Mul, Sub};
+
 use nalgebra::{Matrix3, SVector};
 
 use super::{ALL, Material, Past, Response};
@@ -44,7 +46,39 @@ impl Prony {
     pub fn relaxation(&self, time: f64) -> f64 {
         self.equilibrium + self.branches.iter().map(|[part, tau]| part * (-time / tau).exp()).sum::<f64>()
     }
+
+    /// How many parts relax.
+    pub(crate) fn branch_count(&self) -> usize {
+        self.branches.len()
+    }
+
+    /// $a$ and $H$ of a step of time: $aS + H$ is left of an elastic stress $S$ at its end, with what that was at the beginning and its branches.
+    pub(crate) fn step<T: Stress>(&self, elapsed: f64, last: T, branch: impl Fn(usize) -> T) -> (f64, T) {
+        let (mut factor, mut held) = (self.equilibrium, T::default());
+        for (k, [part, tau]) in self.branches.iter().enumerate() {
+            let x = elapsed / tau;
+            let weight = part * mean_decay(x);
+            factor += weight;
+            held = held + branch(k) * (-x).exp() - last * weight;
+        }
+        (factor, held)
+    }
+
+    /// A branch at the end of a step in which the elastic stress has changed.
+    pub(crate) fn next<T: Stress>(&self, k: usize, elapsed: f64, branch: T, change: T) -> T {
+        let [part, tau] = self.branches[k];
+        let x = elapsed / tau;
+        branch * (-x).exp() + change * (part * mean_decay(x))
+    }
 }
+
+/// What a series relaxes: a stress, or a pressure.
+pub(crate) trait Stress:
+    Copy + Default + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self>
+{
+}
+
+impl<T: Copy + Default + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T>> Stress for T {}
 
 fn checked(name: &str, pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Vec<[f64; 2]>, MaterialError> {
     let branches: Vec<[f64; 2]> = pairs.into_iter().map(|(part, tau)| [part, tau]).collect();
@@ -104,15 +138,7 @@ impl<M: Material> Viscoelastic<M> {
 
     /// $a$ and $H$ of a step: its energy is $a\bar W + \frac12H:\bar C$.
     fn step(&self, own: &[f64], elapsed: f64) -> (f64, Symmetric) {
-        let last = symmetric(own);
-        let (mut factor, mut held) = (self.prony.equilibrium, Symmetric::zeros());
-        for ([part, tau], branch) in self.prony.branches.iter().zip(own[6..].chunks_exact(6)) {
-            let x = elapsed / tau;
-            let weight = part * mean_decay(x);
-            factor += weight;
-            held += symmetric(branch) * (-x).exp() - last * weight;
-        }
-        (factor, held)
+        self.prony.step(elapsed, symmetric(own), |k| symmetric(&own[6 * (1 + k)..]))
     }
 
     /// $\bar S = J^{2/3}F^{-1}\bar P$, the stress of the elastic law seen by the material.
@@ -225,8 +251,8 @@ impl<M: Material> Material for Viscoelastic<M> {
         self.material.settled(f, past.split(self.own()).1)
     }
 
-    fn relaxed(&self) -> f64 {
-        self.prony.relaxation(f64::INFINITY) * self.material.relaxed()
+    fn relaxation(&self) -> Option<&Prony> {
+        Some(&self.prony)
     }
 
     fn remember(&self, f: &Matrix3<f64>, past: Past<'_>, next: &mut [f64]) {
@@ -236,9 +262,8 @@ impl<M: Material> Material for Viscoelastic<M> {
         next[..6].copy_from_slice(seen.as_slice());
         // The largest square of the stress stands behind the branches.
         let branches = own[6..].chunks_exact(6).zip(next[6..].chunks_exact_mut(6));
-        for ([part, tau], (branch, next)) in self.prony.branches.iter().zip(branches) {
-            let x = past.elapsed / tau;
-            let held = symmetric(branch) * (-x).exp() + (seen - last) * (part * mean_decay(x));
+        for (k, (branch, next)) in branches.enumerate() {
+            let held = self.prony.next(k, past.elapsed, symmetric(branch), seen - last);
             next.copy_from_slice(held.as_slice());
         }
         let place = own.len() - 1;

@@ -44,7 +44,8 @@ impl<const D: usize> Task for Advance<'_, D> {
         let (theta, pi, measure) = body.zone(cluster, view.condensed);
         let share = body.stabilisation(cluster);
         let iterates = body.point_iterates(cluster, view.condensed);
-        let mut zone = ZoneResiduals::new(theta, pi, share, measure);
+        let recall = body.recall(view);
+        let mut zone = ZoneResiduals::new(theta, pi, measure);
         let mut bound: f64 = 1.0;
         // C δd, function by function.
         let mut change_of_pi = [0.0; 4];
@@ -70,16 +71,17 @@ impl<const D: usize> Task for Advance<'_, D> {
                 condensed_step[at] = of_theta;
                 condensed_step[at + 1] = u.slope - view.condensed[2 * point + 1] + u.curvature * of_theta;
             } else {
+                let kept = body.kept(share, &recall, point);
                 if let Some(&[theta, pi]) = iterates.get(2 * (point - first)..2 * (point - first) + 2) {
                     let u = body.pointwise_energy(volumetric, theta);
                     let of_theta = j - theta + change;
                     let at = 2 * (n + point - first);
                     condensed_step[at] = of_theta;
-                    condensed_step[at + 1] = share * (u.slope + u.curvature * of_theta) - pi;
+                    condensed_step[at + 1] = kept.share * (u.slope + u.curvature * of_theta) + kept.held[0] - pi;
                     bound = bound.min(largest_part(theta, of_theta));
                 }
                 let (phi, weight) = (body.phi(point), table.weights()[point]);
-                let measure = zone.add(body, volumetric, point, weight, theta, j);
+                let measure = zone.add(body, (volumetric, kept), point, weight, theta, j);
                 for (change_of_pi, phi) in change_of_pi.iter_mut().zip(phi) {
                     *change_of_pi += weight * measure.slope * change * phi;
                 }

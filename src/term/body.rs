@@ -10,7 +10,7 @@ use crate::table::ShapeTable;
 use super::Term;
 use super::amplitude::Amplitude;
 use super::pressure_field::{PressureField, ProjectedMeasure};
-use super::stabilisation::{POINTWISE_SHARE, PointwiseEnergy, WIDEST, pointwise_share};
+use super::stabilisation::{Kept, POINTWISE_SHARE, PointwiseEnergy, WIDEST, pointwise_share};
 use super::volumetric_measure::VolumetricMeasure;
 
 /// The elastic energy of a body over a table, $\Pi = \int W(F)\\,\mathrm d\Omega$ (4.4).
@@ -25,7 +25,8 @@ use super::volumetric_measure::VolumetricMeasure;
 /// What stays pointwise, $h = k\\,(J^5 + J^{-5} - 2)/50$, has the curvature of $U$ at $J = 1$ and grows fast away from it: with $U$ itself a
 /// point could lose most of its volume for an energy of the size of $\mu_0$, and bodies folded inside their zones. Where $s\\,h''$
 /// reaches half of $U''$ it stays there, so that $R$ is convex for every ratio of the moduli. $h$ enters Newton's method as
-/// [`PressureField::Pointwise`] does: $J$ and the pressure of each point are condensed unknowns too.
+/// [`PressureField::Pointwise`] does: $J$ and the pressure of each point are condensed unknowns too. Where the material relaxes, its pressure
+/// relaxes by the same series, and that of $h(\\bar J)$ in $R$.
 ///
 /// The measure is $G = m\\,(J^{1/m} - 1) + 1$ with $m$ the number of directions in which the kinematics moves (2 in
 /// plane strain and cylinders, 3 in bodies of revolution and spheres; 2 in solids, where 3 would let the mean volume
@@ -56,7 +57,7 @@ pub struct Body<const D: usize> {
     pub(super) shear: f64,
     pub(super) measure: VolumetricMeasure,
     pub(super) projected: ProjectedMeasure,
-    /// What the material remembers of a point at rest.
+    /// What is remembered of a point at rest: by the material, then of what stays pointwise where that relaxes.
     pub(super) rest: Vec<f64>,
     /// Time by the load factor.
     pub(super) clock: Option<Amplitude>,
@@ -151,6 +152,8 @@ impl<const D: usize> Body<D> {
     fn pointwise_up_to(&mut self, share: f64) {
         let volumetric = self.material.volumetric().filter(|_| share > 0.0);
         self.pointwise = volumetric.map(|volumetric| PointwiseEnergy::new(volumetric, share));
+        let of_volume = self.pointwise.as_ref().and(self.material.relaxation()).map_or(0, Kept::memory);
+        self.rest.resize(self.material.memory() + of_volume, 0.0);
     }
 
     /// The same with linear pressures that vary along the columns of a matrix per zone alone.
@@ -239,7 +242,7 @@ impl<const D: usize> Body<D> {
     /// The deformation gradient $F$ at a point of the table; NaN where there is no such point, or the displacement is too
     /// short.
     pub fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
-        let rest = Past { memory: &self.rest, elapsed: 0.0 };
+        let rest = Past { memory: &self.rest[..self.material.memory()], elapsed: 0.0 };
         self.material.settled(&self.local_gradient(point, displacement), rest)
     }
 

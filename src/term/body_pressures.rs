@@ -9,13 +9,14 @@ use super::Term;
 use super::body::Body;
 use super::element::View;
 use super::pressure_field::PressureField;
+use super::stabilisation::Kept;
 
 impl<const D: usize> Body<D> {
     /// The hydrostatic pressures $p = U'$ (2.15) \[stress\] at the points of the table, positive in tension;
     /// those of the zones where pressures are projected. `None` for a material without a volumetric part, and for a state of
     /// another model.
     pub fn pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
-        self.pressures_of(view, |projected, pointwise, part| projected + part * pointwise)
+        self.pressures_of(view, |projected, pointwise, _| projected + pointwise)
     }
 
     /// The pressures that are proportional to the bulk modulus: without the part that zones leave pointwise, which is as large as the
@@ -34,6 +35,7 @@ impl<const D: usize> Body<D> {
             return None;
         }
         let pointwise = |point| volumetric.evaluate(self.deformation_gradient(point, view.displacement).determinant());
+        let recall = self.recall(view);
         let mut pressures = Vec::with_capacity(self.table.len());
         for cluster in 0..self.table.clusters().len() {
             for point in self.table.clusters().points(cluster) {
@@ -44,8 +46,9 @@ impl<const D: usize> Body<D> {
                         let (_, pi, measure) = self.zone(cluster, view.condensed);
                         let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
                         let j = self.deformation_gradient(point, view.displacement).determinant();
-                        let pointwise = self.pointwise_energy(volumetric, j).slope;
-                        of(projected * measure.of(j).slope, pointwise, self.stabilisation(cluster))
+                        let Kept { share, held } = self.kept(self.stabilisation(cluster), &recall, point);
+                        let pointwise = share * self.pointwise_energy(volumetric, j).slope + held[0];
+                        of(projected * measure.of(j).slope, pointwise, share)
                     }
                 });
             }

@@ -8,8 +8,9 @@ use crate::material::{Material, Volumetric, VolumetricEnergy};
 use super::Term;
 use super::body::Body;
 use super::element::View;
+use super::internal_variables::Recall;
 use super::pressure_field::PressureField;
-use super::stabilisation::{POINTWISE_SHARE, ProjectedEnergy, WIDEST};
+use super::stabilisation::{Kept, POINTWISE_SHARE, ProjectedEnergy, WIDEST};
 use super::volumetric_measure::VolumetricMeasure;
 
 /// Tensions of a zone, by its initial shear modulus, between which its measure goes over from roots of $J$ to $J$. Roots are stable
@@ -170,12 +171,22 @@ impl<const D: usize> Body<D> {
     pub(super) fn projected_energy(
         &self,
         volumetric: &dyn VolumetricEnergy,
-        (measure, share): (VolumetricMeasure, f64),
+        (measure, kept): (VolumetricMeasure, Kept),
         value: f64,
     ) -> Volumetric {
         match &self.pointwise {
-            Some(pointwise) => measure.energy(&ProjectedEnergy { volumetric, pointwise, share }, value),
+            Some(pointwise) => measure.energy(&ProjectedEnergy { volumetric, pointwise, kept }, value),
             None => measure.energy(volumetric, value),
+        }
+    }
+
+    /// What stays pointwise at a point of a zone with a share.
+    #[inline(always)]
+    pub(super) fn kept(&self, share: f64, recall: &Recall<'_>, point: usize) -> Kept {
+        let past = recall.of_volume(point);
+        match if past.memory.is_empty() { None } else { self.material.relaxation() } {
+            Some(prony) => Kept::relaxing(share, prony, past),
+            None => Kept::elastic(share),
         }
     }
 
@@ -214,7 +225,10 @@ impl<const D: usize> Body<D> {
             energy += weight
                 * match n {
                     0 => volumetric.evaluate(j).energy,
-                    _ => share * self.pointwise_energy(volumetric, j).energy,
+                    _ => {
+                        let Kept { share, held } = self.kept(share, &recall, point);
+                        share * self.pointwise_energy(volumetric, j).energy + held[0] * (j - 1.0)
+                    }
                 };
             let value = measure.of(j).value;
             for (t, phi) in theta.iter_mut().zip(self.phi(point)) {
@@ -224,8 +238,9 @@ impl<const D: usize> Body<D> {
         if n > 0 {
             for point in self.table.clusters().points(cluster) {
                 let projected: f64 = self.phi(point).iter().zip(&theta).map(|(p, t)| p * t).sum();
+                let kept = self.kept(share, &recall, point);
                 energy +=
-                    self.table.weights()[point] * self.projected_energy(volumetric, (measure, share), projected).energy;
+                    self.table.weights()[point] * self.projected_energy(volumetric, (measure, kept), projected).energy;
             }
         }
         energy

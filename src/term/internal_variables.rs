@@ -9,6 +9,7 @@ use crate::tensor::cofactor;
 
 use super::View;
 use super::body::Body;
+use super::stabilisation::Kept;
 
 /// What the points of a body remember at the beginning of a step.
 #[derive(Clone, Copy)]
@@ -16,9 +17,10 @@ pub(super) struct Recall<'a> {
     /// Time since then.
     elapsed: f64,
     points: &'a [f64],
-    /// From point to point, and of a point.
+    /// From point to point, of the material of a point, and of what stays pointwise of its volumetric energy.
     stride: usize,
     each: usize,
+    of_volume: usize,
 }
 
 impl<'a> Recall<'a> {
@@ -27,18 +29,25 @@ impl<'a> Recall<'a> {
     pub(crate) fn at(&self, point: usize) -> Past<'a> {
         Past { memory: &self.points[point * self.stride..][..self.each], elapsed: self.elapsed }
     }
+
+    /// The past of what stays pointwise of the volumetric energy of a point; empty where that does not relax.
+    #[inline]
+    pub(super) fn of_volume(&self, point: usize) -> Past<'a> {
+        Past { memory: &self.points[point * self.stride + self.each..][..self.of_volume], elapsed: self.elapsed }
+    }
 }
 
 impl<const D: usize> Body<D> {
     /// The memory in a view of the body: the time when it was written, then point by point; that at rest where there is none.
     #[inline]
     pub(super) fn recall<'a>(&'a self, view: View<'a>) -> Recall<'a> {
-        let each = self.rest.len();
+        let each = self.material.memory();
+        let of_volume = self.rest.len() - each;
         match self.memory(view.condensed).split_first() {
-            None => Recall { elapsed: 0.0, points: &self.rest, stride: 0, each },
+            None => Recall { elapsed: 0.0, points: &self.rest, stride: 0, each, of_volume },
             Some((then, points)) => {
                 let elapsed = self.clock.as_ref().map_or(0.0, |clock| clock.evaluate(view.load).0 - then);
-                Recall { elapsed: elapsed.max(0.0), points, stride: each, each }
+                Recall { elapsed: elapsed.max(0.0), points, stride: each + of_volume, each, of_volume }
             }
         }
     }
@@ -74,7 +83,23 @@ impl<const D: usize> Body<D> {
         let (recall, Some((time, points))) = (self.recall(view), next.split_first_mut()) else { return };
         *time = self.time(view.load);
         for (point, next) in points.chunks_exact_mut(self.rest.len()).enumerate() {
+            let next = &mut next[..self.material.memory()];
             self.material.remember(&self.local_gradient(point, view.displacement), recall.at(point), next);
+        }
+        let (Some(prony), Some(volumetric)) = (self.material.relaxation(), self.material.volumetric()) else { return };
+        if self.rest.len() == self.material.memory() {
+            return;
+        }
+        let clusters = self.table.clusters();
+        for cluster in 0..clusters.len() {
+            let (theta, _, measure) = self.zone(cluster, view.condensed);
+            for point in clusters.points(cluster) {
+                let projected: f64 = self.phi(point).iter().zip(theta).map(|(phi, theta)| phi * theta).sum();
+                let own = self.deformation_gradient(point, view.displacement).determinant();
+                let slopes = [own, measure.volume(projected)].map(|j| self.pointwise_energy(volumetric, j).slope);
+                let next = &mut points[point * self.rest.len()..][self.material.memory()..self.rest.len()];
+                Kept::remember(prony, recall.of_volume(point), slopes, next);
+            }
         }
     }
 
@@ -86,7 +111,7 @@ impl<const D: usize> Body<D> {
             let earlier = before
                 .and_then(|before| before.split_first())
                 .map(|(time, points)| Recall { elapsed: began - time, points, ..recall }.at(point));
-            let squares = self.material.time_error(earlier, recall.at(point), next);
+            let squares = self.material.time_error(earlier, recall.at(point), &next[..self.material.memory()]);
             for (sum, square) in sums.iter_mut().zip(squares) {
                 *sum += self.table().weights()[point].abs() * square;
             }

@@ -292,6 +292,8 @@ struct Summed<'a, const D: usize> {
     points: (&'a [f64], usize),
     theta: &'a [f64],
     pi: &'a [f64],
+    /// The share of the pointwise energy.
+    share: f64,
     residuals: ZoneResiduals,
 }
 
@@ -301,7 +303,7 @@ impl<const D: usize> Summed<'_, D> {
     #[inline(always)]
     fn pressure<A: Arithmetic, const S: usize>(
         &mut self,
-        volumetric: &dyn VolumetricEnergy,
+        (volumetric, recall): (&dyn VolumetricEnergy, &Recall<'_>),
         (point, group): (usize, usize),
         (f, cof): (&Matrix3<f64>, &Matrix3<f64>),
         windows: &Windows,
@@ -316,7 +318,8 @@ impl<const D: usize> Summed<'_, D> {
             return Pressure { force, geometric: self.condensed[2 * point + 1], rank_one: u.curvature };
         }
         let (phi, weight) = (body.phi(point), body.table.weights()[point]);
-        let measure = self.residuals.add(body, volumetric, point, weight, self.theta, j);
+        let kept = body.kept(self.share, recall, point);
+        let measure = self.residuals.add(body, (volumetric, kept), point, weight, self.theta, j);
         let mut pressure = 0.0;
         let mut factors = [0.0; 4];
         for k in 0..n {
@@ -333,10 +336,10 @@ impl<const D: usize> Summed<'_, D> {
             Pressure { force: 0.0, geometric: pressure * measure.slope, rank_one: pressure * measure.curvature };
         let (iterates, first) = self.points;
         if let Some(&[theta, pi]) = iterates.get(2 * (point - first)..2 * (point - first) + 2) {
-            let (u, share) = (body.pointwise_energy(volumetric, theta), self.residuals.stabilisation);
-            of_point.force = share * (u.slope + u.curvature * (j - theta));
+            let u = body.pointwise_energy(volumetric, theta);
+            of_point.force = kept.share * (u.slope + u.curvature * (j - theta)) + kept.held[0];
             of_point.geometric += pi;
-            of_point.rank_one += share * u.curvature;
+            of_point.rank_one += kept.share * u.curvature;
         }
         of_point
     }
@@ -369,11 +372,11 @@ impl<const D: usize, const S: usize> Task for Linearize<'_, D, S> {
         }
         let law = Law::new(body, view);
         let (theta, pi, measure) = body.zone(cluster, view.condensed);
-        let residuals = ZoneResiduals::new(theta, pi, body.stabilisation(cluster), measure);
+        let (share, residuals) = (body.stabilisation(cluster), ZoneResiduals::new(theta, pi, measure));
         let components = Components::new::<D>(table.hoop_components());
         let count = components.count;
         let points = (body.point_iterates(cluster, view.condensed), clusters.points(cluster).start);
-        let mut zone = Summed { body, components, condensed: view.condensed, points, theta, pi, residuals };
+        let mut zone = Summed { body, components, condensed: view.condensed, points, theta, pi, share, residuals };
         let wanted = if with_matrix { count * count } else { 0 };
         if let Some(kept) = &mut kept {
             kept.tangents = vec![[[0.0; LANES]; ENTRIES]; clusters.points(cluster).len().div_ceil(LANES)];
@@ -403,7 +406,8 @@ impl<const D: usize, const S: usize> Task for Linearize<'_, D, S> {
             law.respond(point, &f, &zone.components.of[..count], stress, tangent);
             if let Some(volumetric) = law.projected {
                 let cof = cofactor(&f);
-                let pressure = zone.pressure::<A, S>(volumetric, (point, group), (&f, &cof), windows, &mut vectors);
+                let seen = (volumetric, &law.recall);
+                let pressure = zone.pressure::<A, S>(seen, (point, group), (&f, &cof), windows, &mut vectors);
                 pressure.add_to(&zone.components, &f, &cof, stress, with_matrix.then_some(&mut *tangent));
             }
             let (components, reduced) = (&zone.components, zone.components.reduce::<D>(weight, stress));

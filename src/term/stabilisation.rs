@@ -1,6 +1,6 @@
 //! The part of the volumetric energy that stays pointwise beside projected pressures.
 
-use crate::material::{Material, Volumetric, VolumetricEnergy};
+use crate::material::{Material, Past, Prony, Volumetric, VolumetricEnergy};
 
 /// Part of the bulk modulus that may stay pointwise beside projected pressures; see `Body::zonal`.
 pub(super) const POINTWISE_SHARE: f64 = 0.1;
@@ -12,11 +12,10 @@ pub(super) const WIDEST: f64 = 1.5;
 /// the other half, and stays convex.
 const HALF: f64 = 0.5;
 
-/// The stabilisation $s$ of a material with a volumetric part, so that $sk$ is a part of $\mu_0$, else 0; see `Body::new`.
+/// The stabilisation $s$ of a material with a volumetric part, so that $sk$ is a part of its instantaneous $\mu_0$, else 0; see `Body::new`.
 pub(super) fn pointwise_share(material: &impl Material, of_shear: f64) -> f64 {
     let Some(volumetric) = material.volumetric() else { return 0.0 };
-    // The energy of the stabilisation does not relax: that of the relaxed body is none too much at any time.
-    let shear = material.initial_moduli().shear * material.relaxed();
+    let shear = material.initial_moduli().shear * material.relaxation().map_or(1.0, |prony| prony.relaxation(0.0));
     let bulk = volumetric.evaluate(1.0).curvature;
     let kept = of_shear * shear;
     if bulk > 0.0 && kept >= 0.0 { (kept / bulk).min(POINTWISE_SHARE) } else { 0.0 }
@@ -108,25 +107,71 @@ fn first(holds: impl Fn(f64) -> bool, side: f64) -> Option<f64> {
     Some(at(outside))
 }
 
-/// What is projected, $R = U - s\\,h$: the volumetric energy without its pointwise part, so that homogeneous states have the whole.
+/// What stays pointwise of the volumetric energy of a point in a step, $s\\,(a\\,h(J) + q\\,(J - 1))$: its pressure relaxes as the stress of the
+/// shape does, $a = 1$ and $q = 0$ where nothing does. Were it to stay, a bonded body that relaxes would keep a part of its force, and take
+/// another shape while it does.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kept {
+    /// $sa$.
+    pub share: f64,
+    /// $sq$, of the volume of the point and of the one that is projected there.
+    pub held: [f64; 2],
+}
+
+impl Kept {
+    /// What stays of a share of an elastic energy.
+    #[inline(always)]
+    pub(super) fn elastic(share: f64) -> Self {
+        Kept { share, held: [0.0; 2] }
+    }
+
+    /// Numbers that are remembered of a point: for the volume there and for the projected one $h'$ and its branches.
+    pub(super) fn memory(prony: &Prony) -> usize {
+        2 * (1 + prony.branch_count())
+    }
+
+    /// What stays of a share that relaxes, with its memory.
+    pub(super) fn relaxing(share: f64, prony: &Prony, past: Past<'_>) -> Self {
+        let share = share / prony.relaxation(0.0);
+        let (own, projected) = past.memory.split_at(1 + prony.branch_count());
+        let [(factor, held), (_, of_projected)] =
+            [own, projected].map(|memory| prony.step(past.elapsed, memory[0], |k| memory[1 + k]));
+        Kept { share: share * factor, held: [share * held, share * of_projected] }
+    }
+
+    /// Writes the memory at the end of a step that leads to the two $h'$.
+    pub(super) fn remember(prony: &Prony, past: Past<'_>, slopes: [f64; 2], next: &mut [f64]) {
+        let each = 1 + prony.branch_count();
+        for ((before, next), slope) in past.memory.chunks_exact(each).zip(next.chunks_exact_mut(each)).zip(slopes) {
+            next[0] = slope;
+            for k in 0..prony.branch_count() {
+                next[1 + k] = prony.next(k, past.elapsed, before[1 + k], slope - before[0]);
+            }
+        }
+    }
+}
+
+/// What is projected, $R = U - s\\,(a\\,h + q\\,(J - 1))$: the volumetric energy without its pointwise part, so that homogeneous states have the
+/// whole.
 pub(super) struct ProjectedEnergy<'a> {
     pub volumetric: &'a dyn VolumetricEnergy,
     pub pointwise: &'a PointwiseEnergy,
-    pub share: f64,
+    pub kept: Kept,
 }
 
 impl VolumetricEnergy for ProjectedEnergy<'_> {
     #[inline]
     fn evaluate(&self, j: f64) -> Volumetric {
         let whole = self.volumetric.evaluate(j);
-        if self.share == 0.0 {
+        let Kept { share, held: [_, held] } = self.kept;
+        if share == 0.0 {
             return whole;
         }
         let kept = self.pointwise.evaluate(self.volumetric, j);
         Volumetric {
-            energy: whole.energy - self.share * kept.energy,
-            slope: whole.slope - self.share * kept.slope,
-            curvature: whole.curvature - self.share * kept.curvature,
+            energy: whole.energy - share * kept.energy - held * (j - 1.0),
+            slope: whole.slope - share * kept.slope - held,
+            curvature: whole.curvature - share * kept.curvature,
         }
     }
 }
@@ -158,7 +203,8 @@ mod tests {
                 let pointwise = PointwiseEnergy::new(&**law, share);
                 for of_widest in [1.0, 1.0 / WIDEST] {
                     let share = of_widest * share;
-                    let projected = ProjectedEnergy { volumetric: &**law, pointwise: &pointwise, share };
+                    let kept = Kept::elastic(share);
+                    let projected = ProjectedEnergy { volumetric: &**law, pointwise: &pointwise, kept };
                     for l in -200..=200 {
                         let j = (f64::from(l) / 200.0 * 20f64.ln()).exp();
                         let (whole, kept, rest) =

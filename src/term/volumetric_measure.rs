@@ -71,6 +71,12 @@ impl VolumetricMeasure {
         Jet { value: 1.0 + (power - 1.0) / q, slope, curvature: (q - 1.0) * slope / j }
     }
 
+    /// The volume $J$ with a measure.
+    pub(super) fn volume(self, measure: f64) -> f64 {
+        let q = self.exponent();
+        (1.0 + q * (measure - 1.0)).powf(q.recip())
+    }
+
     /// $\hat U$, the energy as a function of $G$: $\hat U(G(J)) = U(J)$.
     #[inline(always)]
     pub(crate) fn energy(self, volumetric: &dyn VolumetricEnergy, measure: f64) -> Volumetric {
