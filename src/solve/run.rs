@@ -45,7 +45,7 @@ impl Analysis {
     /// Goes on from the last step of a path that [`run`](Analysis::run) or [`run_from`](Analysis::run_from)
     /// left unfinished, with the same bits as if it had never been broken off (on the same machine and build).
     ///
-    /// The path comes back with the new steps behind the old ones; only the first and the last two of its states
+    /// The path comes back with the new steps behind the old ones; only the first and the last three of its states
     /// are used. A path that has reached its last load comes back as it is. Nothing but the path is needed:
     /// factors and scalings are made afresh within every step. Stepping and strategies may be others than those of the
     /// first run, model and conditions may not.

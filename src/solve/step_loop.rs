@@ -67,7 +67,8 @@ impl Continuation<'_, '_> {
         moves
     }
 
-    /// The state from which an attempt starts, `ratio` times the last step ahead.
+    /// The state from which an attempt under another load starts, `ratio` times the last step ahead on the line through the last two
+    /// states: near a limit point the path is no smooth function of the load.
     pub(super) fn predicted(&self, ratio: f64) -> State {
         match &self.previous {
             Some(previous) if self.analysis.stepping.predict && ratio.is_finite() => {
@@ -77,8 +78,84 @@ impl Continuation<'_, '_> {
         }
     }
 
+    /// The same where the load is unknown; `between` is what leads from one state to another, in which the path is smooth.
+    pub(super) fn predicted_along(&self, ratio: f64, between: impl Fn(&State, &State) -> f64) -> State {
+        match &self.previous {
+            Some(previous) if self.analysis.stepping.predict && ratio.is_finite() => {
+                self.ahead_of(previous, ratio, between)
+            }
+            _ => self.state.clone(),
+        }
+    }
+
+    /// The state `ratio` times the last step ahead, on the parabola through the last three states; on the line through two where there are
+    /// no more, or nothing says that a smooth path leads through the three: contacts come and go.
+    pub(super) fn ahead_of(&self, previous: &State, ratio: f64, between: impl Fn(&State, &State) -> f64) -> State {
+        let before = match self.path.steps.as_slice() {
+            [] | [_] => None,
+            [_, _] => Some(&self.path.start),
+            [.., before, _, _] => Some(&before.state),
+        };
+        let smooth = !self.equilibrium.model.is_unilateral();
+        let bent = before.filter(|_| smooth).and_then(|before| {
+            let step = between(previous, &self.state) / between(before, previous);
+            (step > 0.0 && step.is_finite()).then(|| bent([before, previous, &self.state], ratio, step))
+        });
+        self.equilibrium.predict_own(bent.as_ref().unwrap_or(previous), &self.state, ratio)
+    }
+
     /// A step of the load factor in terms of the last one; 0 before there is one.
     pub(super) fn load_ratio(&self, target: f64) -> f64 {
         self.previous.as_ref().map_or(0.0, |p| (target - self.state.load) / (self.state.load - p.load))
+    }
+}
+
+/// A state before the last of three from which a line leads to where the parabola through the three is `ratio` times the last step ahead:
+/// with the last two steps $\Delta_1$ and $\Delta_2$, the second $q$ times as long, and $r$ = `ratio` that is
+/// $r\,\Delta_2 + r\frac{(1 + r)q}{1 + q}(\Delta_2 - q\Delta_1)$ ahead.
+fn bent([before, previous, state]: [&State; 3], ratio: f64, step: f64) -> State {
+    let bend = (1.0 + ratio) * step / (1.0 + step);
+    let back = |now: f64, last: f64, then: f64| {
+        let change = now - last;
+        now - (change + bend * (change - step * (last - then)))
+    };
+    let each = |now: &[f64], last: &[f64], then: &[f64]| -> Vec<f64> {
+        now.iter().zip(last).zip(then).map(|((now, last), then)| back(*now, *last, *then)).collect()
+    };
+    let mut bent = previous.clone();
+    bent.displacement = each(&state.displacement, &previous.displacement, &before.displacement);
+    let condensed = state.condensed.iter().zip(&previous.condensed).zip(&before.condensed);
+    bent.condensed = condensed.map(|((now, last), then)| each(now, last, then)).collect();
+    bent.load = back(state.load, previous.load, before.load);
+    bent
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    /// Three states of a parabola in what leads, steps of any lengths: the line from the bent state leads to the fourth.
+    #[test]
+    fn parabolas_are_predicted_exactly() {
+        let on = |s: f64| State {
+            load: 1.0 - 3.0 * s + 0.5 * s * s,
+            displacement: vec![2.0 * s - s * s, 0.3 * s * s],
+            condensed: vec![vec![1.0 + s * s], vec![s]],
+            ..State::default()
+        };
+        let [first, second, third, fourth] = [0.1, 0.4, 0.6, 1.5];
+        let states = [on(first), on(second), on(third)];
+        let ratio = (fourth - third) / (third - second);
+        let from = bent([&states[0], &states[1], &states[2]], ratio, (third - second) / (second - first));
+        let (now, wanted) = (&states[2], on(fourth));
+        let ahead = |now: f64, from: f64| now + ratio * (now - from);
+        assert_relative_eq!(ahead(now.load, from.load), wanted.load, max_relative = 1e-13);
+        for (k, wanted) in wanted.displacement.iter().enumerate() {
+            assert_relative_eq!(ahead(now.displacement[k], from.displacement[k]), *wanted, max_relative = 1e-13);
+        }
+        for (k, wanted) in wanted.condensed.iter().enumerate() {
+            assert_relative_eq!(ahead(now.condensed[k][0], from.condensed[k][0]), wanted[0], max_relative = 1e-13);
+        }
     }
 }

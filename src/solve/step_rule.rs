@@ -123,7 +123,9 @@ impl<'a> StepRule<'a> {
                 }
                 let start = match (&self.touching, &run.previous) {
                     (Some(touching), None) => touching.clone(),
-                    _ => run.predicted(ratio),
+                    _ => run.predicted_along(ratio, |from, to| {
+                        functional.value(&to.displacement) - functional.value(&from.displacement)
+                    }),
                 };
                 run.attempt(start, Control::Functional(functional, next))
             }
@@ -165,7 +167,9 @@ impl<'a> StepRule<'a> {
             _ if load_ahead >= 1.0 => run.attempt(run.predicted(run.load_ratio(1.0)), Control::Load(1.0))?,
             Driver::Deflection(deflection) => {
                 let target = deflection.value(&run.state.displacement) + increment;
-                run.attempt(run.predicted(ratio), Control::Functional(deflection, target))?
+                let of = |state: &State| deflection.value(&state.displacement);
+                let start = run.predicted_along(ratio, |from, to| of(to) - of(from));
+                run.attempt(start, Control::Functional(deflection, target))?
             }
             Driver::Arc(_) if run.previous.is_none() && self.begins_by_load() => {
                 let load = run.state.load + increment * (1.0 - run.state.load);
@@ -186,7 +190,8 @@ impl<'a> StepRule<'a> {
         let increment = self.increment;
         // Arcs need a direction: they are predicted whatever the stepping says of predictors.
         let start = match &run.previous {
-            Some(previous) => run.equilibrium.predict_own(previous, &run.state, ratio),
+            Some(previous) => run
+                .ahead_of(previous, ratio, |from, to| Arc { from: from.displacement.clone() }.value(&to.displacement)),
             None => run.equilibrium.along(&run.state, first, increment / root_mean_square(first)),
         };
         let arc = Arc { from: run.state.displacement.clone() };

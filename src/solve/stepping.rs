@@ -37,8 +37,8 @@ pub enum Following {
 /// How the load is stepped.
 ///
 /// * The full load first, or, where the tangent displacement says that the load is a poor guide, a first deflection;
-/// * every step from a secant predictor, to the one tight tolerance of [`Newton`](super::Newton): looser ones
-///   lost the path of the disk;
+/// * every step from a predictor, the parabola through the last three states where the load is unknown, to the one tight
+///   tolerance of [`Newton`](super::Newton): looser ones lost the path of the disk;
 /// * attempts broken off early where increments grow or the step limiter keeps cutting them;
 /// * half the increment after a failure, and after a large step that gained or lost unstable modes where
 ///   [`follow`](Stepping::follow) asks for it: Newton's method may land on a false equilibrium, and the number of
@@ -60,7 +60,8 @@ pub struct Stepping {
     pub quick: usize,
     /// Most converged steps.
     pub steps: usize,
-    /// Whether the next state is predicted from the last two.
+    /// Whether the next state is predicted from the last ones: by a parabola through three where the load is unknown, by a line through two
+    /// where it leads, or with contact.
     pub predict: bool,
     /// What is controlled.
     pub control: StepControl,
