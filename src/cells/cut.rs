@@ -101,6 +101,13 @@ pub struct CutLattice {
     left: Option<GeometryError>,
 }
 
+fn check_spacing(spacing: f64) -> Result<(), GeometryError> {
+    match spacing > 0.0 && spacing.is_finite() {
+        true => Ok(()),
+        false => Err(Invalid::new("particle spacing", spacing, "give a finite length above zero").into()),
+    }
+}
+
 impl CutLattice {
     /// A lattice of a spacing \[length\] in a solid, its axes along the largest plane faces, where there are some.
     ///
@@ -152,22 +159,24 @@ impl CutLattice {
         let (fewest, across) = (LEAST_ACROSS, ACROSS);
         let (thinnest, sampled) = (across / f64::from(1 << HALVINGS), true);
         let grade = grading.unwrap_or(&even);
-        let found = OnceCell::new();
-        let mut wanted = Wanted { solid, spacing, fewest, across, grading: grade, thinnest, sampled, found };
-        // What is wrong with the spacing is told by the lattice.
-        if grading.is_none() && !(spacing > 0.0 && spacing.is_finite() && wanted.has_walls()) {
+        let by = |found| Wanted { solid, spacing, fewest, across, grading: grade, thinnest, sampled, found };
+        check_spacing(spacing)?;
+        let wanted = by(OnceCell::new());
+        if grading.is_none() && !wanted.has_walls() {
             return Self::new(solid, spacing);
         }
+        let bare = by(OnceCell::from(Vec::new()));
         let axes = dominant_axes(solid.vertices(), solid.facets());
-        let frame = Frame::around(solid.vertices(), axes, spacing, 1)?;
-        let (macros, _) = wanted.macros(&frame.0, frame.1.counts)?;
-        let asked = solid.volume() / spacing.powi(3);
+        let (frame, grid) = Frame::around(solid.vertices(), axes, spacing, 1)?;
         // About a particle a cell.
-        let refined = wanted.inside(&macros, &frame.0) * (grid::MACRO / STEP as usize).pow(3);
-        if refined as f64 > asked + super::walls::MOST {
-            let left = wanted.leave();
-            let mut lattice = Self::of_solid(solid, spacing, axes, grading.map(|_| &wanted))?;
-            lattice.left = left;
+        let cells = (grid::MACRO / STEP as usize).pow(3);
+        let particles = |wanted: &Wanted| {
+            let (leaves, _) = wanted.macros(&frame, grid.counts)?;
+            Ok::<_, GeometryError>((cells * wanted.inside(&leaves, &frame)) as f64)
+        };
+        if particles(&wanted)? > particles(&bare)? + super::walls::MOST {
+            let mut lattice = Self::of_solid(solid, spacing, axes, grading.map(|_| &bare))?;
+            lattice.left = wanted.left();
             return Ok(lattice);
         }
         if grading.is_none() {
@@ -196,9 +205,7 @@ impl CutLattice {
         axes: Option<Matrix3<f64>>,
         wanted: Option<&Wanted>,
     ) -> Result<Self, GeometryError> {
-        if !(spacing > 0.0 && spacing.is_finite()) {
-            return Err(Invalid::new("particle spacing", spacing, "give a finite length above zero").into());
-        }
+        check_spacing(spacing)?;
         let (vertices, facets) = (solid.vertices(), solid.facets());
         let named = |name: &str| Ok((name.to_string(), solid.facets_of(name)?.to_vec()));
         let names = solid.names().map(named).collect::<Result<Vec<(String, Vec<u32>)>, GeometryError>>()?;

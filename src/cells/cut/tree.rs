@@ -112,12 +112,11 @@ impl Wanted<'_> {
         !self.found().is_empty()
     }
 
-    /// What is said of the thinnest wall with parallel sides, or of the thinnest one, where all are left; none are looked for any more.
-    pub(super) fn leave(&mut self) -> Option<GeometryError> {
-        let walls = self.found.take().unwrap_or_default();
-        let _ = self.found.set(Vec::new());
+    /// What is said of the thinnest wall with parallel sides, or of the thinnest one, where all are left.
+    pub(super) fn left(&self) -> Option<GeometryError> {
         let thinner = |a: &&Wall, b: &&Wall| a.through.norm().total_cmp(&b.through.norm());
-        let wall = walls.iter().filter(|wall| wall.is_even).min_by(thinner).or(walls.iter().min_by(thinner))?;
+        let even = self.found().iter().filter(|wall| wall.is_even);
+        let wall = even.min_by(thinner).or(self.found().iter().min_by(thinner))?;
         let (thickness, spacing) = (wall.through.norm(), self.spacing);
         Some(GeometryError::ThinLeft { thickness, at: middle(wall), spacing, needed: thickness / self.across })
     }
