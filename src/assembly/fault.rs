@@ -26,7 +26,9 @@ pub(crate) fn fault(size: usize, layout: Layout, element: &Element) -> Option<&'
     }
     let coupled = || coupling.iter().flat_map(|of| of.left.iter().chain(&of.right));
     if coupled().any(|(k, _)| *k as usize >= size) {
-        return Some("its coupling names unknowns that the cluster lacks");
+        return Some(
+            "its coupling names unknowns that the cluster lacks; number them node by node within the cluster, below the length of the residual",
+        );
     }
     if !finite(entries) || coupled().any(|(_, x)| !x.is_finite()) {
         return Some("entries of the matrix are not finite");
@@ -37,9 +39,9 @@ pub(crate) fn fault(size: usize, layout: Layout, element: &Element) -> Option<&'
     None
 }
 
-/// Where the first force of a term that tells its forces is not finite.
+/// The place of the first force density that is not finite.
 #[cfg(feature = "solve")]
-fn endless(term: &dyn Term, view: View<'_>) -> Option<[f64; 3]> {
+fn infinite_at(term: &dyn Term, view: View<'_>) -> Option<[f64; 3]> {
     let densities = term.force_densities(view)?;
     let point = densities.forces.iter().position(|force| force.iter().any(|f| !f.is_finite()))?;
     Some(densities.positions[point].into())
@@ -70,7 +72,7 @@ impl ModelAt<'_> {
                 element.reset(size, layout.has_matrix);
                 term.linearize(cluster, view, &mut element);
                 let what = fault(size, layout, &element)?;
-                let at = endless(term, view).map(|x| format!(", at X = {x:?}")).unwrap_or_default();
+                let at = infinite_at(term, view).map(|x| format!(", at X = {x:?}")).unwrap_or_default();
                 Some(format!("term {number} of the model, cluster {cluster}: {what}{at}"))
             })
         };

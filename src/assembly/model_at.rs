@@ -158,8 +158,11 @@ impl ModelAt<'_> {
     /// Adds what a change of the load factor does to the increments of the condensed unknowns.
     #[cfg(feature = "solve")]
     pub(crate) fn advance_load(self, load_step: f64, condensed_step: &mut [Vec<f64>]) {
+        if load_step == 0.0 {
+            return;
+        }
         for (number, (term, step)) in self.model.terms.iter().zip(condensed_step).enumerate() {
-            for cluster in (0..term.clusters()).filter(|_| load_step != 0.0) {
+            for cluster in 0..term.clusters() {
                 term.advance_load(cluster, self.at.of_term(number), load_step, &mut step[term.unknowns(cluster)]);
             }
         }

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use crate::error::BoundaryError;
+use crate::geometry::Disjoint;
 
 use super::Constraints;
-use crate::geometry::Disjoint;
 
 /// A constraint equation of which elimination leaves less than this part of its size depends on others.
 const DEPENDENT: f64 = 1e-10;

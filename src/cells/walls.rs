@@ -10,7 +10,7 @@ use super::triangulation::Triangulation;
 /// are left as they are, see [`Cells::left_thin`](super::Cells::left_thin).
 pub(super) const MOST: f64 = 10_000.0;
 /// Walls of regions with fewer spacings across are refined: with n averages over sub-cells leave out $1/(2n)^2$ of the energy of bending,
-/// and re-entrant corners are off by up to 15 % over n.
+/// and re-entrant corners are off by up to 15 %/n.
 const FEWEST: f64 = 3.0;
 /// Spacings across walls of regions that are refined: with n the error of re-entrant corners falls as 1/n, and averages over sub-cells leave
 /// out $1/(2n)^2$ of the energy of bending.

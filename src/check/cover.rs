@@ -4,8 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use crate::cells::Cells;
 use crate::error::{Error, GeometryError};
-use crate::geometry::Disjoint;
-use crate::geometry::{Bounds, Point};
+use crate::geometry::{Bounds, Disjoint, Point};
 use crate::paper::Cover;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 

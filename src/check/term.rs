@@ -3,7 +3,7 @@
 use crate::assembly::fault;
 use crate::error::{Error, Invalid, SolveError};
 use crate::linear::vector::norm;
-use crate::term::{Element, Form, Term, View, parted_mut};
+use crate::term::{Coupling, Element, Form, Term, View, parted_mut};
 
 use super::{Law, Report, signed};
 
@@ -297,6 +297,11 @@ fn full_matrix(dim: usize, element: &Element, symmetric: bool) -> Vec<f64> {
             for row in (column / dim + 1) * dim..size {
                 full[row * size + column] = element.matrix[column * size + row];
             }
+        }
+    }
+    for Coupling { left, right } in &element.coupling {
+        for (column, r) in right {
+            left.iter().for_each(|(row, l)| full[*column as usize * size + *row as usize] += l * r);
         }
     }
     full

@@ -122,7 +122,7 @@ pub enum GeometryError {
     },
     /// Walls are left with few spacings across: to refine them takes too many particles to be done unasked.
     #[error(
-        "the wall at X = {at:?} is {thickness:e} thick and left with the spacing {spacing:e}, for thousands of particles more than asked for would refine it and others: bonded or bent it is far too stiff or too soft; give a spacing of {needed:e} there by Scheme::graded or everywhere, or leave walls as they are by Scheme::thin_walls"
+        "the wall at X = {at:?} is {thickness:e} thick and was not refined at the spacing {spacing:e}, because all walls together would take more than 10 000 further particles: bonded or bent, its stiffness is far off; give a spacing of {needed:e} there by Scheme::graded or everywhere, or accept the wall by Scheme::thin_walls"
     )]
     ThinLeft {
         /// Its thickness \[length\].

@@ -334,7 +334,8 @@ pub trait Material: Send + Sync {
         self.inner().map_or([0.0; 2], |inner| inner.time_error(before, past, next))
     }
 
-    /// The series by which the stress of the shape relaxes, none where nothing does: what stabilises a body relaxes alike.
+    /// The series by which the stress of the shape relaxes, of nested laws the outer one's, none where nothing does: what stabilises a body
+    /// relaxes alike.
     fn relaxation(&self) -> Option<&Prony> {
         self.inner()?.relaxation()
     }

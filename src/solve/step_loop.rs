@@ -78,7 +78,7 @@ impl Continuation<'_, '_> {
         }
     }
 
-    /// The same where the load is unknown; `between` is what leads from one state to another, in which the path is smooth.
+    /// The same where the load is unknown; `between` is the change of the controlled quantity from one state to another.
     pub(super) fn predicted_along(&self, ratio: f64, between: impl Fn(&State, &State) -> f64) -> State {
         match &self.previous {
             Some(previous) if self.analysis.stepping.predict && ratio.is_finite() => {
@@ -89,15 +89,18 @@ impl Continuation<'_, '_> {
     }
 
     /// The state `ratio` times the last step ahead, on the parabola through the last three states; on the line through two where there are
-    /// no more, or nothing says that a smooth path leads through the three: contacts come and go.
+    /// no more, or nothing says that a smooth path leads through the three: contacts come and go, amplitudes have break points.
     pub(super) fn ahead_of(&self, previous: &State, ratio: f64, between: impl Fn(&State, &State) -> f64) -> State {
         let before = match self.path.steps.as_slice() {
             [] | [_] => None,
             [_, _] => Some(&self.path.start),
             [.., before, _, _] => Some(&before.state),
         };
-        let smooth = !self.equilibrium.model.is_unilateral();
-        let bent = before.filter(|_| smooth).and_then(|before| {
+        let smooth = |before: &&State| {
+            let is_between = |load: &f64| (load - before.load) * (load - self.state.load) <= 0.0;
+            !self.equilibrium.model.is_unilateral() && !self.equilibrium.break_points.iter().any(is_between)
+        };
+        let bent = before.filter(smooth).and_then(|before| {
             let step = between(previous, &self.state) / between(before, previous);
             (step > 0.0 && step.is_finite()).then(|| bent([before, previous, &self.state], ratio, step))
         });

@@ -25,8 +25,8 @@ use super::volumetric_measure::VolumetricMeasure;
 /// What stays pointwise, $h = k\\,(J^5 + J^{-5} - 2)/50$, has the curvature of $U$ at $J = 1$ and grows fast away from it: with $U$ itself a
 /// point could lose most of its volume for an energy of the size of $\mu_0$, and bodies folded inside their zones. Where $s\\,h''$
 /// reaches half of $U''$ it stays there, so that $R$ is convex for every ratio of the moduli. $h$ enters Newton's method as
-/// [`PressureField::Pointwise`] does: $J$ and the pressure of each point are condensed unknowns too. Where the material relaxes, its pressure
-/// relaxes by the same series, and that of $h(\\bar J)$ in $R$.
+/// [`PressureField::Pointwise`] does: $J$ and the pressure of each point are condensed unknowns too. In a viscoelastic body the
+/// pressures $s\\,h'(J)$ and $s\\,h'(\\bar J)$, the latter in $R$, relax by the series of the material.
 ///
 /// The measure is $G = m\\,(J^{1/m} - 1) + 1$ with $m$ the number of directions in which the kinematics moves (2 in
 /// plane strain and cylinders, 3 in bodies of revolution and spheres; 2 in solids, where 3 would let the mean volume

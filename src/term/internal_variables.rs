@@ -70,7 +70,8 @@ impl<const D: usize> Body<D> {
 
     /// What it remembers in a state; nothing where a state lacks it.
     fn memory<'a>(&self, condensed: &'a [f64]) -> &'a [f64] {
-        super::parted(self, condensed).1
+        let first = self.condensed_count();
+        condensed.get(first..first + self.memory_len()).unwrap_or_default()
     }
 
     pub(super) fn start_of_memory(&self, memory: &mut [f64]) {
@@ -130,7 +131,8 @@ impl<const D: usize> Body<D> {
         }
     }
 
-    /// A memory for the points of another body over the same domain: that of the nearest point, at the same time.
+    /// A memory for the points of another body over the same domain: that of the nearest point, at the same time. What only one of them keeps
+    /// beside the material is at rest.
     #[cfg(feature = "solve")]
     pub(crate) fn memory_from<const E: usize>(
         &self,
@@ -138,15 +140,16 @@ impl<const D: usize> Body<D> {
         condensed: &[f64],
         nearest: impl Fn(&crate::geometry::Point<D>) -> usize,
     ) -> Option<Vec<f64>> {
-        let given = from.memory(condensed);
-        if given.is_empty() || from.rest.len() != self.rest.len() {
+        let (given, own, other) = (from.memory(condensed), self.rest.len(), from.rest.len());
+        if given.is_empty() || own == 0 || from.material.memory() != self.material.memory() {
             return None;
         }
+        let common = if own == other { own } else { self.material.memory() };
         let mut memory = Vec::with_capacity(self.memory_len());
         memory.push(given[0]);
         for x in self.table().positions() {
-            let at = 1 + nearest(x) * self.rest.len();
-            memory.extend_from_slice(&given[at..at + self.rest.len()]);
+            memory.extend_from_slice(&given[1 + nearest(x) * other..][..common]);
+            memory.extend_from_slice(&self.rest[common..]);
         }
         Some(memory)
     }

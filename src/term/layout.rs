@@ -1,4 +1,4 @@
-//! What is known of a term before any state is.
+//! The fixed properties of a term, and the form of its matrix.
 
 use crate::table::Clusters;
 

@@ -195,7 +195,7 @@ pub trait Term: Send + Sync {
         Form::Nodes
     }
 
-    /// Writes the product of the kept part of a cluster's matrix with a vector, node by node: $K x$ beside $C^T H C x$.
+    /// Adds the product of the kept part of a cluster's matrix with a vector to zeros, node by node: $K x$ beside $C^T H C x$.
     #[doc(hidden)]
     fn multiply(&self, _zone: &Zone, _x: &[f64], _product: &mut Product) {}
 

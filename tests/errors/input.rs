@@ -893,7 +893,7 @@ fn loads_that_vary_and_are_no_numbers_somewhere() {
             refused!(refusal(&scene, &coarse()), Error::Boundary(BoundaryError::Value { .. }), words);
         }
     }
-    // What is a number wherever one looks before the run ends the run, which tells the place.
+    // A load that is finite at all load factors checked before the run stops the run later, with the place.
     let gap = |x: &Point<2>, load: f64| if x[0] > 1.5 && (0.3..0.4).contains(&load) { NAN } else { 0.01 * load };
     let scene = sound().pressure(top, Value::motion(gap));
     let stops = coarse().stepping(Stepping::equal(20));

@@ -172,6 +172,10 @@ fn what_passes_through_without_contact_is_told() {
     let scene = block().hold((1, Side::Min)).contact(half(false), halves.clone().named("left"));
     let found = verdict(&scene.contact(half(true), halves.named("right")), &scheme);
     assert_eq!(passed(&found), 0, "{found:?}");
+    // Copies of a plate that move differently are two plates: the one that stays is passed by nothing, the other by the right half.
+    let still = RigidSurface::plane([0.0, 1.2], [0.0, -1.0]);
+    let scene = block().hold((1, Side::Min)).contact(half(false), still.clone().moving([0.0, -0.45]).named("left"));
+    assert_eq!(passed(&verdict(&scene.contact(half(true), still.named("right")), &scheme)), 1);
 }
 
 /// The block of the book's page on limits: what is pushed in by two thirds of the height has folded on the way, though it completes.

@@ -271,12 +271,16 @@ fn runs_that_remember_are_resumed_bit_for_bit() {
 fn memories_are_transferred() {
     let hold = Amplitude::table(vec![(0.0, 0.0), (0.1, 1.0), (1.0, 1.0)]).unwrap();
     let scene = sheared(relaxing(2), hold, seconds(10.0));
-    let [coarse, fine] = [[3, 3], [5, 5]].map(|n| scene.discretize(&scheme().particles(n)).unwrap());
-    let path = coarse.run().unwrap().completed().unwrap();
-    let state = fine.transfer(&coarse, path.last()).unwrap();
-    let [before, after] = [shear_stress(&coarse, path.last()), shear_stress(&fine, &state)];
-    assert_abs_diff_eq!(before / after, 1.0, epsilon = 1e-9);
-    assert!(before < 0.75 * 2.0 * A10 * SHEAR);
+    let (particles, elements) =
+        (|n: usize| scheme().particles([n, n]), |n: usize| Scheme::elements(2).particles([n, n]));
+    for [coarse, fine] in [[particles(3), particles(5)], [elements(3), particles(5)], [particles(3), elements(5)]] {
+        let [coarse, fine] = [coarse, fine].map(|scheme| scene.discretize(&scheme).unwrap());
+        let path = coarse.run().unwrap().completed().unwrap();
+        let state = fine.transfer(&coarse, path.last()).unwrap();
+        let [before, after] = [shear_stress(&coarse, path.last()), shear_stress(&fine, &state)];
+        assert_abs_diff_eq!(before / after, 1.0, epsilon = 1e-9);
+        assert!(before < 0.75 * 2.0 * A10 * SHEAR);
+    }
 }
 
 #[test]

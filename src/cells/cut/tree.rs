@@ -114,10 +114,11 @@ impl Wanted<'_> {
 
     /// What is said of the thinnest wall with parallel sides, or of the thinnest one, where all are left.
     pub(super) fn left(&self) -> Option<GeometryError> {
+        let own = |wall: &Wall| self.spacing * (self.grading)(&Point::<3>::from_column_slice(&middle(wall)));
+        let thin = || self.found().iter().filter(|wall| wall.through.norm() < self.fewest * own(wall));
         let thinner = |a: &&Wall, b: &&Wall| a.through.norm().total_cmp(&b.through.norm());
-        let even = self.found().iter().filter(|wall| wall.is_even);
-        let wall = even.min_by(thinner).or(self.found().iter().min_by(thinner))?;
-        let (thickness, spacing) = (wall.through.norm(), self.spacing);
+        let wall = thin().filter(|wall| wall.is_even).min_by(thinner).or_else(|| thin().min_by(thinner))?;
+        let (thickness, spacing) = (wall.through.norm(), own(wall));
         Some(GeometryError::ThinLeft { thickness, at: middle(wall), spacing, needed: thickness / self.across })
     }
 

@@ -197,8 +197,9 @@ impl Scheme {
     }
 
     /// Leaves thin walls as they are. Without this call, walls of planar regions under three spacings get six, those of solids under two and
-    /// a half get three to six, and blocks thinner than a given spacing get four cells. Where this takes 10 000 particles more than the
-    /// spacing does, walls are left and told ([`Problem::verdict`](crate::scene::Problem::verdict)). What cannot be refined enough is
+    /// a half get three to six, and blocks thinner than a given spacing get four cells. Where walls of regions or solids take more than
+    /// 10 000 particles beyond those of the spacing, they are left as they are, and [`check::scene`](crate::check::scene) and
+    /// [`Problem::verdict`](crate::scene::Problem::verdict) say so. What cannot be refined enough is
     /// refused, and so are blocks with given counts and meshes where conditions leave a zone fewer displacements than it has pressures.
     ///
     /// A wall with one cell across is far too stiff where both faces are bonded, and bends wrongly where they are free. In solids

@@ -5,8 +5,7 @@ use std::collections::HashMap;
 use crate::boundary::Constraints;
 use crate::cells::BoundaryCells;
 use crate::error::Error;
-use crate::geometry::Disjoint;
-use crate::geometry::{Part, Point};
+use crate::geometry::{Disjoint, Part, Point};
 use crate::kinematics::Kinematics;
 use crate::neighbours::BoxTree;
 

@@ -226,7 +226,7 @@ fn finish<const D: usize>(
     for discrete_body in &discrete_bodies {
         model.add_shared(discrete_body.body.clone());
     }
-    let loads = add_loads(scene, tables, &discrete_bodies, sharing, &mut model)?;
+    let loads = sharing.agreed(add_loads(scene, tables, &discrete_bodies, sharing, &mut model))?;
     let modulus =
         |discrete_body: &DiscreteBody<D>| discrete_body.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
     let shear = |discrete_body: &DiscreteBody<D>| discrete_body.body.material().initial_moduli().shear;

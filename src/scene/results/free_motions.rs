@@ -6,8 +6,7 @@ use nalgebra::DMatrix;
 
 use crate::assembly::{Model, StateRef};
 use crate::contact::Trace;
-use crate::geometry::Disjoint;
-use crate::geometry::{Point, RigidMode};
+use crate::geometry::{Disjoint, Point, RigidMode};
 use crate::linear::vector::dot;
 use crate::scene::Problem;
 use crate::scene::discretisation::discrete_body::DiscreteBody;

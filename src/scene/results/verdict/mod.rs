@@ -10,7 +10,7 @@ mod volume;
 
 use std::ops::ControlFlow;
 
-use crate::error::{Cause, Doubt, DoubtCause, Error};
+use crate::error::{Cause, Doubt, DoubtCause, Error, GeometryError};
 use crate::solve::{Ending, EquilibriumPath, Iteration, Observer, State, Step};
 
 use crate::scene::{Problem, free_motions};
@@ -80,7 +80,10 @@ impl<const D: usize> Problem<D> {
         doubts.extend(thin.map(|wall| Doubt {
             cause: DoubtCause::ThinWall { wall: wall.to_string() },
             load: state.load,
-            at: Vec::new(),
+            at: match wall {
+                GeometryError::ThinLeft { at, .. } => at.clone(),
+                _ => Vec::new(),
+            },
         }));
         doubts.extend(biot::beyond_limit(self, state, &points));
         Ok(doubts)

@@ -90,14 +90,17 @@ fn through_rigid<const D: usize>(problem: &Problem<D>, state: &State, points: &[
     let mut doubts = Vec::new();
     for contact in &problem.contacts {
         let Some(law) = contact.law.rigid() else { continue };
-        // Several contacts may share one surface.
-        let shape = |law: &RigidContact<D>| Arc::as_ptr(&law.surface.shape).cast::<()>();
-        let same =
-            problem.contacts.iter().filter_map(|other| other.law.rigid()).filter(|other| shape(other) == shape(law));
-        let declared: HashSet<usize> =
-            same.flat_map(|other| &other.contact_surface.traces).map(|trace| trace.particle as usize).collect();
         let (now, rest) =
             (law.placed(&state.displacement, state.load), law.placed(&vec![0.0; state.displacement.len()], 0.0));
+        // Several contacts may share one surface: copies of it that have gone to the same place.
+        let shape = |law: &RigidContact<D>| Arc::as_ptr(&law.surface.shape).cast::<()>();
+        let all = problem.contacts.iter().filter_map(|other| other.law.rigid());
+        let same = all.filter(|other| {
+            let there = other.placed(&state.displacement, state.load);
+            shape(other) == shape(law) && there.offset == now.offset && there.angle() == now.angle()
+        });
+        let declared: HashSet<usize> =
+            same.flat_map(|other| &other.contact_surface.traces).map(|trace| trace.particle as usize).collect();
         let deepest = points
             .iter()
             .filter(|point| !point.owners.iter().any(|node| declared.contains(node)))
