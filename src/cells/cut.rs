@@ -162,11 +162,11 @@ impl CutLattice {
         let by = |found| Wanted { solid, spacing, fewest, across, grading: grade, thinnest, sampled, found };
         check_spacing(spacing)?;
         let wanted = by(OnceCell::new());
-        if grading.is_none() && !wanted.has_walls() {
-            return Self::new(solid, spacing);
-        }
-        let bare = by(OnceCell::from(Vec::new()));
         let axes = dominant_axes(solid.vertices(), solid.facets());
+        let bare = by(OnceCell::from(Vec::new()));
+        if !wanted.has_walls() {
+            return Self::of_solid(solid, spacing, axes, grading.map(|_| &bare));
+        }
         let (frame, grid) = Frame::around(solid.vertices(), axes, spacing, 1)?;
         // About a particle a cell.
         let cells = (grid::MACRO / STEP as usize).pow(3);

@@ -85,7 +85,7 @@ impl Walls {
 
 impl Triangulation {
     /// Scatters particles, a largest spacing apart or, where a number is given, as many as that and what walls need more. Walls with less
-    /// than [`FEWEST`] spacings across get [`ACROSS`], unless that takes more than [`MOST`] particles.
+    /// than [`FEWEST`] spacings across get [`ACROSS`], unless that takes [`MOST`] particles more than asked for.
     ///
     /// # Errors
     /// As [`scattered`](Triangulation::scattered), and for walls that are much thinner than a spacing.
