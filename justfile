@@ -26,3 +26,7 @@ bench name:
 # Results beside those of another commit: just digits COMMIT (all examples that take less than minutes, or those that follow)
 digits commit *examples:
     .ci/digits {{ commit }} {{ examples }}
+
+# Instructions of some scenes over those of another commit (valgrind)
+instructions commit *scenes:
+    .ci/instructions {{ commit }} {{ scenes }}

@@ -3,6 +3,8 @@
 //! `cargo run --release --features serde --example digits [-- --out DIR]` writes for each scene a hash of the bits of all states of
 //! its path (`states.csv`), and the norm of its last displacement with the count of iterations (`summary.csv`).
 //! `just digits COMMIT` compares these, and the summaries of other examples, with those of another commit.
+//! With `--scene NAME` it runs that scene alone, which may also be `cube_9`, `cube_13` (particles a side) or `ring_fine`:
+//! `just instructions COMMIT` counts their instructions.
 
 mod support;
 
@@ -61,11 +63,11 @@ fn cook() -> Result<Problem<2>, rkpm::Error> {
         .discretize(&Scheme::default().particles([9]))
 }
 
-fn cube() -> Result<Problem<3>, rkpm::Error> {
+fn cube(side: usize) -> Result<Problem<3>, rkpm::Error> {
     Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, Rubber::neo_hookean(0.5, 1e3)?)
         .hold((2, Side::Min))
         .traction((2, Side::Max), [0.05, 0.0, 0.05])
-        .discretize(&Scheme::default().particles([6]))
+        .discretize(&Scheme::default().particles([side]))
 }
 
 /// A sector of a quarter turn between two radii.
@@ -83,10 +85,10 @@ fn symmetric(scene: Scene<2>, name: &str) -> Scene<2> {
 }
 
 /// The quarter of a ring, pressed by a plate with friction.
-fn ring() -> Result<Problem<2>, rkpm::Error> {
+fn ring(spacing: f64) -> Result<Problem<2>, rkpm::Error> {
     let plate = RigidSurface::plane([0.0, 0.2], [0.0, -1.0]).moving([0.0, -0.04]).friction(0.2).named("plate");
     let scene = Scene::new(quarter("ring", 0.12, 0.2)?, PlaneStrain, Rubber::mooney_rivlin(0.293, 0.177, 1410.0)?);
-    symmetric(scene, "ring").contact("ring rim", plate).discretize(&Scheme::default().spacing(0.02))
+    symmetric(scene, "ring").contact("ring rim", plate).discretize(&Scheme::default().spacing(spacing))
 }
 
 /// Two tubes of rubber, the inner one too large for the outer.
@@ -151,17 +153,38 @@ fn resumed(digits: &mut Digits, out: &FilePath) -> Result<(), Box<dyn Error>> {
     digits.add("resume", &path, hash)
 }
 
+/// Runs a scene by its name.
+fn run(digits: &mut Digits, name: &str, out: &FilePath) -> Result<(), Box<dyn Error>> {
+    match name {
+        "tube" => digits.run(name, &tube()?),
+        "disk" => digits.run(name, &disk()?),
+        "cook" => digits.run(name, &cook()?),
+        "cube" => digits.run(name, &cube(6)?),
+        "cube_9" => digits.run(name, &cube(9)?),
+        "cube_13" => digits.run(name, &cube(13)?),
+        "ring" => digits.run(name, &ring(0.02)?),
+        "ring_fine" => digits.run(name, &ring(0.005)?),
+        "press_fit" => digits.run(name, &press_fit()?),
+        "relaxation" => digits.run(name, &relaxation()?),
+        "resume" => resumed(digits, out),
+        _ => Err(format!("no scene {name}").into()),
+    }
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
-    let out = support::out_dir("digits");
     let mut digits = Digits { summary: Summary::new(), states: Table::new(["scene", "hash"]) };
-    digits.run("tube", &tube()?)?;
-    digits.run("disk", &disk()?)?;
-    digits.run("cook", &cook()?)?;
-    digits.run("cube", &cube()?)?;
-    digits.run("ring", &ring()?)?;
-    digits.run("press_fit", &press_fit()?)?;
-    digits.run("relaxation", &relaxation()?)?;
-    resumed(&mut digits, &out)?;
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let [flag, name] = &arguments[..] {
+        if flag == "--scene" {
+            run(&mut digits, name, &std::env::temp_dir())?;
+            print!("{}", digits.summary);
+            return Ok(());
+        }
+    }
+    let out = support::out_dir("digits");
+    for name in ["tube", "disk", "cook", "cube", "ring", "press_fit", "relaxation", "resume"] {
+        run(&mut digits, name, &out)?;
+    }
     print!("{}{}", digits.summary, digits.states.to_csv()?);
     digits.summary.write(out.join("summary.csv"))?;
     digits.states.write(out.join("states.csv"))?;
