@@ -177,12 +177,13 @@ impl Region {
 
     /// Whether a point lies inside, arcs exact.
     pub fn contains(&self, at: &Point<2>) -> bool {
-        // What lies between a chord and its arc is inside of one of them alone. A chord spans less than half a circle.
-        let between = |(chord, circle): (&(Point<2>, Point<2>), &Option<(Point<2>, f64)>)| {
-            circle.is_some_and(|(centre, square)| {
-                (at - centre).norm_squared() <= square
-                    && side(chord.0, chord.1, *at) * side(chord.0, chord.1, centre) < 0.0
-            })
+        // What lies between a chord and its arc is inside of one of them alone. A chord spans less than half a circle, so that
+        // this lies inside the circle around the chord.
+        let between = |((a, b), circle): (&(Point<2>, Point<2>), &Option<(Point<2>, f64)>)| {
+            (at - a).dot(&(at - b)) <= 0.0
+                && circle.is_some_and(|(centre, square)| {
+                    (at - centre).norm_squared() <= square && side(*a, *b, *at) * side(*a, *b, centre) < 0.0
+                })
         };
         winds(&self.chords, at) != self.chords.iter().zip(&self.circles).any(between)
     }
