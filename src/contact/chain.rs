@@ -4,7 +4,7 @@ use crate::geometry::{Bounds, Point, padded};
 
 use super::bins::Bins;
 use super::facing::{BEHIND, Facets};
-use super::mortar::{End, Facing, Overlap};
+use super::mortar::{End, Facing, Overlap, outward};
 
 /// Bins around a chord that are searched: what is further away is not looked for.
 const REACH: i32 = 16;
@@ -41,13 +41,18 @@ pub(super) struct Laid {
     pub reach: f64,
 }
 
+/// The gap at a place along a chord between those of the ends of another one, opposite of two places.
+fn gap_at(place: f64, places: &[f64; 2], gaps: &[f64; 2]) -> f64 {
+    gaps[0] + (gaps[1] - gaps[0]) * (place - places[0]) / (places[1] - places[0])
+}
+
 impl Chain {
     /// The chords of facets, given the vertices of the trace functions.
-    pub(crate) fn new<const D: usize>(mut facets: Facets, ends: &[Point<D>]) -> Self {
+    pub(crate) fn new(mut facets: Facets, ends: &[Point<3>]) -> Self {
         let (mut chords, mut of_trace) = (Vec::new(), vec![Vec::new(); ends.len()]);
         for (number, facet) in (0..).zip(&mut facets.all) {
             let &[(a, i), (b, j)] = facet.shares.as_slice() else { continue };
-            let along = padded::<D, 3>(&(ends[b as usize] - ends[a as usize]));
+            let along = ends[b as usize] - ends[a as usize];
             let right = Point::<3>::new(along[1], -along[0], 0.0).normalize();
             let sign = if right.dot(&facet.outward) >= 0.0 { 1.0 } else { -1.0 };
             facet.outward = right * sign;
@@ -93,7 +98,7 @@ impl Chain {
         let along = b - a;
         let square = along.norm_squared();
         let length = square.sqrt();
-        let normal = Point::<2>::new(along[1], -along[0]) * (mine.sign / length);
+        let normal = outward(&along, mine.sign);
         // Chords opposite with the places of their ends along this one and their distances.
         let mut found: Vec<(u32, [f64; 2], [f64; 2])> = Vec::new();
         let (mut covered, mut farthest) = (0.0, 0.0f64);
@@ -115,13 +120,11 @@ impl Chain {
                 }
                 let direction = points[1] - points[0];
                 let size = direction.norm();
-                let its_normal = Point::<2>::new(direction[1], -direction[0]) * (its.sign / size);
-                if normal.dot(&its_normal) >= 0.0 {
+                if normal.dot(&outward(&direction, its.sign)) >= 0.0 {
                     return;
                 }
                 let gaps = points.map(|y| (y - a).dot(&normal));
-                let at = |place: f64| gaps[0] + (gaps[1] - gaps[0]) * (place - places[0]) / (places[1] - places[0]);
-                let gap = at(0.5 * (from + to));
+                let gap = gap_at(0.5 * (from + to), &places, &gaps);
                 if gap < -BEHIND * length.max(size) - facets.deeper || !facets.may_touch(mine.facet, its.facet, gap) {
                     return;
                 }
@@ -145,7 +148,7 @@ impl Chain {
                 if places[0].min(places[1]) > at || places[0].max(places[1]) < at {
                     continue;
                 }
-                let gap = gaps[0] + (gaps[1] - gaps[0]) * (at - places[0]) / (places[1] - places[0]);
+                let gap = gap_at(at, places, gaps);
                 if best.is_none_or(|(least, _)| gap.abs() < least) {
                     best = Some((gap.abs(), k));
                 }

@@ -6,19 +6,23 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::cells::{BoundaryCells, CORNER};
 use crate::error::Error;
-use crate::geometry::{Point, padded};
+use crate::geometry::Point;
 use crate::table::ShapeTable;
 use crate::tensor::cofactor;
 
+use super::face_table::FaceTable;
+
 /// A part of the boundary that may touch something: facet points with their shape functions, gathered by the trace functions of
 /// the boundary particles, face by face at corners. A trace function carries one contact pressure.
-pub(crate) struct ContactSurface<const D: usize> {
-    pub table: ShapeTable<D>,
+pub(crate) struct ContactSurface {
+    pub table: FaceTable,
     pub traces: Vec<Trace>,
     /// For each point the trace functions that it lies under, with its weights there.
     pub over: Vec<Vec<(u32, f64)>>,
     /// The largest coordinate: what positions are rounded by.
     pub extent: f64,
+    /// Its length or area, without the measure of the kinematics.
+    pub area: f64,
 }
 
 /// Part of a trace function below which a face is none: the end of the function on a curved face. Corners of thin bodies have faces of a
@@ -54,15 +58,16 @@ impl Trace {
 /// The faces of the body that each particle has trace functions on, by the facets that it has a part of: facets whose normals are turned
 /// from that of the heaviest one by more than [`CORNER`] are another face. The heaviest one is beside the particle, whose function on a
 /// curved face reaches to both of its sides.
-fn faces<const D: usize>(cells: &BoundaryCells<D>, weights: &[f64]) -> HashMap<(u32, u32), u32> {
-    let mut normals: Vec<Point<D>> = Vec::with_capacity(cells.points.groups.len());
+fn faces(table: &FaceTable, values: &[Vec<(u32, f64)>]) -> HashMap<(u32, u32), u32> {
+    let mut normals: Vec<Point<3>> = Vec::with_capacity(table.clusters.len());
     let mut facets: HashMap<u32, Vec<(u32, f64)>> = HashMap::new();
-    for (facet, ends) in (0u32..).zip(cells.points.groups.windows(2)) {
-        let normal = cells.points.normals.get(ends[0]..ends[1]).unwrap_or_default().iter().sum::<Point<D>>();
+    for facet in 0..table.clusters.len() as u32 {
+        let points = table.clusters.points(facet as usize);
+        let normal = table.normals.get(points.clone()).unwrap_or_default().iter().sum::<Point<3>>();
         normals.push(normal / normal.norm().max(f64::MIN_POSITIVE));
-        for point in ends[0]..ends[1] {
-            for &(particle, value) in &cells.traces[point] {
-                let (weight, own) = (weights[point] * value, facets.entry(particle).or_default());
+        for point in points {
+            for &(particle, value) in &values[point] {
+                let (weight, own) = (table.weights[point] * value, facets.entry(particle).or_default());
                 match own.last_mut().filter(|last| last.0 == facet) {
                     Some(last) => last.1 += weight,
                     None => own.push((facet, weight)),
@@ -89,21 +94,30 @@ fn faces<const D: usize>(cells: &BoundaryCells<D>, weights: &[f64]) -> HashMap<(
     faces
 }
 
-impl<const D: usize> ContactSurface<D> {
+impl ContactSurface {
     /// Gathers the points of boundary cells by their trace functions; `extra` is a node that every trace function sees besides.
     ///
     /// # Errors
     /// Where cells and table do not fit together.
-    pub(crate) fn new(cells: &BoundaryCells<D>, table: ShapeTable<D>, extra: Option<u32>) -> Result<Self, Error> {
+    pub(crate) fn new<const D: usize>(
+        cells: &BoundaryCells<D>,
+        table: &ShapeTable<D>,
+        extra: Option<u32>,
+    ) -> Result<Self, Error> {
         cells.validate(table.node_count())?;
-        let faces = faces(cells, table.weights());
+        Ok(ContactSurface::of(FaceTable::new(table), &cells.traces, &cells.points.weights, extra))
+    }
+
+    /// Of the values of all trace functions at the points of a table, whose weights without the measure are given.
+    fn of(table: FaceTable, values: &[Vec<(u32, f64)>], weights: &[f64], extra: Option<u32>) -> Self {
+        let faces = faces(&table, values);
         let mut places: HashMap<(u32, u32), usize> = HashMap::new();
         let mut traces: Vec<Trace> = Vec::new();
         let mut plain: Vec<f64> = Vec::new();
-        for (facet, ends) in (0u32..).zip(cells.points.groups.windows(2)) {
-            for point in ends[0]..ends[1] {
-                for &(particle, value) in &cells.traces[point] {
-                    let weight = table.weights()[point] * value;
+        for facet in 0..table.clusters.len() as u32 {
+            for point in table.clusters.points(facet as usize) {
+                for &(particle, value) in &values[point] {
+                    let weight = table.weights[point] * value;
                     if !(weight > 0.0) {
                         continue;
                     }
@@ -123,12 +137,12 @@ impl<const D: usize> ContactSurface<D> {
                     }
                     traces[place].points.push((point as u32, weight));
                     traces[place].area += weight;
-                    plain[place] += cells.points.weights[point] * value;
+                    plain[place] += weights[point] * value;
                 }
             }
         }
         for (trace, plain) in traces.iter_mut().zip(&plain) {
-            trace.width = if D == 3 { plain.sqrt() } else { *plain };
+            trace.width = if table.dim == 3 { plain.sqrt() } else { *plain };
             trace.nodes = Vec::new();
             for &(point, _) in &trace.points {
                 trace.nodes.extend_from_slice(table.nodes(point as usize));
@@ -146,31 +160,26 @@ impl<const D: usize> ContactSurface<D> {
         for (k, trace) in traces.iter().enumerate() {
             trace.points.iter().for_each(|&(point, weight)| over[point as usize].push((k as u32, weight)));
         }
-        let extent = table.positions().iter().map(|x| x.amax()).fold(0.0, f64::max);
-        Ok(ContactSurface { table, traces, over, extent })
+        let extent = table.positions.iter().map(|x| x.amax()).fold(0.0, f64::max);
+        ContactSurface { table, traces, over, extent, area: weights.iter().sum() }
     }
 
-    /// The points of each facet, and the integrals over it of the trace functions that it has a part of.
-    pub(super) fn shares(
-        &self,
-        cells: &BoundaryCells<D>,
-    ) -> impl Iterator<Item = (std::ops::Range<usize>, Vec<(u32, f64)>)> {
-        cells.points.groups.windows(2).map(move |group| {
-            let mut shares: Vec<(u32, f64)> = Vec::new();
-            for &(trace, weight) in self.over[group[0]..group[1]].iter().flatten() {
-                match shares.iter_mut().find(|share| share.0 == trace) {
-                    Some(share) => share.1 += weight,
-                    None => shares.push((trace, weight)),
-                }
+    /// The trace functions that a facet has a part of, with their integrals over it.
+    pub(super) fn shares(&self, facet: usize) -> Vec<(u32, f64)> {
+        let mut shares: Vec<(u32, f64)> = Vec::new();
+        for &(trace, weight) in self.over[self.table.clusters.points(facet)].iter().flatten() {
+            match shares.iter_mut().find(|share| share.0 == trace) {
+                Some(share) => share.1 += weight,
+                None => shares.push((trace, weight)),
             }
-            (group[0]..group[1], shares)
-        })
+        }
+        shares
     }
 
     /// The mean outward normal of the undeformed body under a trace function.
-    pub(crate) fn normal(&self, trace: &Trace) -> Point<D> {
-        let mut normal = Point::<D>::zeros();
-        trace.points.iter().for_each(|&(point, weight)| normal += self.table.normals()[point as usize] * weight);
+    pub(crate) fn normal(&self, trace: &Trace) -> Point<3> {
+        let mut normal = Point::<3>::zeros();
+        trace.points.iter().for_each(|&(point, weight)| normal += self.table.normals[point as usize] * weight);
         normal / normal.norm().max(f64::MIN_POSITIVE)
     }
 
@@ -178,19 +187,16 @@ impl<const D: usize> ContactSurface<D> {
     pub(crate) fn outward(&self, point: u32, displacement: &[f64]) -> Vector3<f64> {
         let point = point as usize;
         let f = Matrix3::identity() + self.table.displacement_gradient(point, displacement);
-        cofactor(&f) * padded::<D, 3>(&self.table.normals()[point])
+        cofactor(&f) * self.table.normals[point]
     }
 
-    /// The displacement that a vector of coefficients gives at a point.
-    #[inline]
-    pub(crate) fn displacement(&self, point: u32, step: &[f64]) -> Point<D> {
-        let point = point as usize;
-        let mut u = Point::zeros();
-        for (&node, &value) in self.table.nodes(point).iter().zip(self.table.values(point)) {
-            for i in 0..D {
-                u[i] += value * step[node as usize * D + i];
-            }
-        }
-        u
+    /// Where a point is at a displacement.
+    pub(crate) fn place(&self, point: u32, displacement: &[f64]) -> Point<3> {
+        self.table.positions[point as usize] + self.table.displacement(point as usize, displacement)
+    }
+
+    /// The coordinates of a place, as many as the body has.
+    pub(crate) fn coordinates(&self, place: &Point<3>) -> Vec<f64> {
+        place.as_slice()[..self.table.dim].to_vec()
     }
 }

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use nalgebra::SMatrix;
 
-use crate::geometry::{Point, padded};
+use crate::geometry::Point;
 use crate::order;
 
 use super::facets::{Facing, LOCAL as POINT, Seen, Sorted, Triangle, covered, gap};
@@ -113,7 +113,7 @@ fn ranks(facets: &Facets) -> Vec<(u32, u32)> {
 
 impl Faces {
     /// Facets of three or four corners are triangles; points of others press against those of the other part.
-    pub(crate) fn new<const D: usize>(facets: Facets, carrying: usize, ends: &[Point<D>]) -> Self {
+    pub(crate) fn new(facets: Facets, carrying: usize, ends: &[Point<3>]) -> Self {
         let last = facets.all.iter().map(|facet| facet.points.end).max().unwrap_or(0);
         let mut faces = Faces {
             triangles: Vec::new(),
@@ -129,7 +129,7 @@ impl Faces {
             let Facet { part, points, shares, .. } = &faces.facets.all[number];
             let (part, points) = (*part, points.clone());
             if (3..=4).contains(&shares.len()) {
-                faces.push_facet(number, |trace| padded(&ends[trace as usize]));
+                faces.push_facet(number, |trace| ends[trace as usize]);
                 faces.carrying = if part == 0 { faces.triangles.len() } else { faces.carrying };
                 continue;
             }

@@ -3,8 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use crate::cells::BoundaryCells;
-use crate::geometry::{Point, padded};
+use crate::geometry::Point;
 
 use super::ContactSurface;
 
@@ -39,26 +38,23 @@ pub(super) struct Facets {
 }
 
 impl Facets {
-    /// The facets of the cells of all parts, whose trace functions have vertices at `ends`.
-    pub(super) fn new<const D: usize>(
-        surfaces: &[ContactSurface<D>],
-        cells: &[&BoundaryCells<D>],
-        ends: &[Point<D>],
-    ) -> Self {
+    /// The facets of all parts, whose trace functions have vertices at `ends`.
+    pub(super) fn new(surfaces: &[ContactSurface], ends: &[Point<3>]) -> Self {
         let (mut all, mut first) = (Vec::new(), 0u32);
         // Facets meet at particles: a corner has a trace function for each of its faces.
         let (mut at, mut particles): (HashMap<u32, Vec<u32>>, Vec<u32>) = (HashMap::new(), Vec::new());
-        for (part, (surface, cells)) in surfaces.iter().zip(cells).enumerate() {
+        for (part, surface) in surfaces.iter().enumerate() {
             particles.extend(surface.traces.iter().map(|trace| trace.particle));
-            for (points, mut shares) in surface.shares(cells) {
+            for facet in 0..surface.table.clusters.len() {
+                let (points, mut shares) = (surface.table.clusters.points(facet), surface.shares(facet));
                 let (mut middle, mut outward) = (Point::<3>::zeros(), Point::<3>::zeros());
                 for share in &mut shares {
                     share.0 += first;
-                    middle += padded::<D, 3>(&ends[share.0 as usize]);
+                    middle += ends[share.0 as usize];
                     at.entry(particles[share.0 as usize]).or_default().push(all.len() as u32);
                 }
                 middle /= shares.len().max(1) as f64;
-                points.clone().for_each(|point| outward += padded::<D, 3>(&cells.points.normals[point]));
+                points.clone().for_each(|point| outward += surface.table.normals[point]);
                 outward /= outward.norm().max(f64::MIN_POSITIVE);
                 all.push(Facet { part, points, shares, middle, outward, beside: Vec::new() });
             }

@@ -15,35 +15,35 @@ pub(super) fn friction_step(from: f64, to: f64) -> f64 {
 }
 
 /// The traction $h + \mu\,\pi\,t - k\,s$ of a trace function: it sticks, or slides along a direction.
-struct Grip<const D: usize> {
-    normal: Point<D>,
+struct Grip {
+    normal: Point<3>,
     /// $h$: that of the last iteration, where it sticks.
-    held: Point<D>,
+    held: Point<3>,
     /// $t$: a unit vector where it slides, else zero.
-    direction: Point<D>,
+    direction: Point<3>,
     slides: bool,
     /// $k$ \[stress/length\]: $\varepsilon$, or what the traction turns by with a slip across it, $\mu\pi/|s|$ at rest.
     stiffness: f64,
     /// $s$: all of the slip, or that across the direction.
-    slip: Point<D>,
+    slip: Point<3>,
     /// Its change with the load factor, where it sticks.
-    rate: Point<D>,
+    rate: Point<3>,
 }
 
-impl<const D: usize> Grip<D> {
+impl Grip {
     /// The part of a vector along the surface, without that along the direction.
-    fn across(&self, v: &Point<D>) -> Point<D> {
+    fn across(&self, v: &Point<3>) -> Point<3> {
         let along = along(&self.normal, v);
         along - self.direction * self.direction.dot(&along)
     }
 }
 
-fn along<const D: usize>(normal: &Point<D>, v: &Point<D>) -> Point<D> {
+fn along(normal: &Point<3>, v: &Point<3>) -> Point<3> {
     v - normal * normal.dot(v)
 }
 
-impl<const D: usize> Touch<D> {
-    fn grip(&self, slipping: &Slipping<D>) -> Grip<D> {
+impl Touch {
+    fn grip(&self, slipping: &Slipping) -> Grip {
         let normal = slipping.normal;
         let (slip, held) = (along(&normal, &slipping.slip), along(&normal, &self.traction));
         let trial = held - slip * self.decisive;
@@ -67,8 +67,8 @@ impl<const D: usize> Touch<D> {
     /// the gap times area.
     pub(super) fn add_friction(
         &self,
-        slipping: &Slipping<D>,
-        moves: &[(usize, Point<D>)],
+        slipping: &Slipping,
+        moves: &[(usize, Point<3>)],
         slope: &[f64],
         out: &mut Element,
     ) {
@@ -84,7 +84,7 @@ impl<const D: usize> Touch<D> {
             return;
         }
         let factor = grip.stiffness / self.area;
-        if factor != 0.0 && !(grip.slides && D == 2) {
+        if factor != 0.0 && !(grip.slides && self.dim == 2) {
             for (b, by) in moves {
                 let across = grip.across(by);
                 let column = &mut out.matrix[b * size..][..size];
@@ -103,7 +103,7 @@ impl<const D: usize> Touch<D> {
     }
 
     /// The traction after a step that changes the gap and the slip.
-    pub(super) fn next(&self, gap_change: f64, moved: &Point<D>) -> Point<D> {
+    pub(super) fn next(&self, gap_change: f64, moved: &Point<3>) -> Point<3> {
         let Some(slipping) = &self.slipping else { return Point::zeros() };
         let grip = self.grip(slipping);
         let limit = self.coefficient * (self.pressure - self.proximal * (self.gap + gap_change)).max(0.0);
@@ -116,7 +116,7 @@ impl<const D: usize> Touch<D> {
     }
 
     /// What a change of the load factor adds to the traction.
-    pub(super) fn next_by_load(&self, load_step: f64) -> Point<D> {
+    pub(super) fn next_by_load(&self, load_step: f64) -> Point<3> {
         let Some(slipping) = &self.slipping else { return Point::zeros() };
         let grip = self.grip(slipping);
         (grip.rate + grip.direction * (self.coefficient * self.by_load)) * (-self.proximal * load_step)

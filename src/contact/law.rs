@@ -48,6 +48,8 @@ impl Stiffness {
 /// what the friction of sliding ones changes with their pressure is not symmetric and goes beside the factors.
 #[derive(Debug, Clone)]
 pub(crate) struct ContactLaw {
+    /// Components of a traction.
+    pub dim: usize,
     pub stiffness: Stiffness,
     /// Coulomb's coefficient.
     pub friction: f64,
@@ -57,8 +59,8 @@ pub(crate) struct ContactLaw {
 }
 
 impl ContactLaw {
-    pub(crate) fn new(stiffness: Stiffness, friction: f64, interference: Option<Interference>) -> Self {
-        ContactLaw { stiffness, friction, interference, at_rest: Vec::new() }
+    pub(crate) fn new(dim: usize, stiffness: Stiffness, friction: f64, interference: Option<Interference>) -> Self {
+        ContactLaw { dim, stiffness, friction, interference, at_rest: Vec::new() }
     }
 
     pub(crate) fn has_friction(&self) -> bool {
@@ -66,18 +68,18 @@ impl ContactLaw {
     }
 
     /// Condensed unknowns of a trace function: its pressure, and with friction its traction.
-    pub(super) fn stride(&self, dim: usize) -> usize {
-        if self.has_friction() { 1 + dim } else { 1 }
+    pub(super) fn stride(&self) -> usize {
+        if self.has_friction() { 1 + self.dim } else { 1 }
     }
 
     /// Pressure and tangential traction of a trace function, per area of the whole of it.
-    pub(crate) fn pressure<const D: usize>(&self, trace: usize, condensed: &[f64]) -> (f64, Point<D>) {
-        let own = &condensed[trace * self.stride(D)..];
-        (own[0], if self.has_friction() { Point::from_column_slice(&own[1..=D]) } else { Point::zeros() })
+    pub(crate) fn pressure(&self, trace: usize, condensed: &[f64]) -> (f64, Point<3>) {
+        let own = &condensed[trace * self.stride()..][..self.stride()];
+        (own[0], three(&own[1..]))
     }
 
     /// Whether a traction is as long as friction lets it be.
-    pub(super) fn slides<const D: usize>(&self, pressure: f64, traction: &Point<D>) -> bool {
+    pub(super) fn slides(&self, pressure: f64, traction: &Point<3>) -> bool {
         is_at_limit(self.friction, pressure, traction)
     }
 
@@ -88,15 +90,16 @@ impl ContactLaw {
     }
 
     /// A trace function with its mean gap and the change of that with the load factor, and how it slips if it does.
-    pub(super) fn touch<const D: usize>(
+    pub(super) fn touch(
         &self,
         (index, trace): (usize, &Trace),
         condensed: &[f64],
         [gap, by_load]: [f64; 2],
-        slipping: Option<Slipping<D>>,
-    ) -> Touch<D> {
+        slipping: Option<Slipping>,
+    ) -> Touch {
         let (pressure, traction) = self.pressure(index, condensed);
         Touch {
+            dim: self.dim,
             coefficient: self.friction,
             proximal: self.stiffness.proximal / trace.width,
             decisive: self.stiffness.decisive / trace.width,
@@ -112,7 +115,7 @@ impl ContactLaw {
     }
 
     /// What rounding of coordinates makes of the pressures of the trace functions of a surface and of the norm of their forces.
-    pub(super) fn rounding<const D: usize>(&self, surface: &ContactSurface<D>, extent: f64) -> [f64; 2] {
+    pub(super) fn rounding(&self, surface: &ContactSurface, extent: f64) -> [f64; 2] {
         let (mut most, mut forces) = (0.0f64, 0.0);
         for trace in &surface.traces {
             let pressure = ROUNDED * f64::EPSILON * extent / trace.width * self.stiffness.proximal;
@@ -123,41 +126,49 @@ impl ContactLaw {
     }
 
     /// The work of friction of trace functions that slip between two states \[force·length\]: the mean traction times the slip.
-    pub(super) fn work<const D: usize>(
+    pub(super) fn work(
         &self,
-        surface: &ContactSurface<D>,
+        surface: &ContactSurface,
         [before, after]: [&[f64]; 2],
-        slip: impl Fn(usize) -> Point<D>,
+        slip: impl Fn(usize) -> Point<3>,
     ) -> f64 {
         if !self.has_friction() {
             return 0.0;
         }
         let mut work = 0.0;
         for (k, trace) in surface.traces.iter().enumerate() {
-            let [now, was] = [after, before].map(|condensed| self.pressure::<D>(k, condensed).1);
+            let [now, was] = [after, before].map(|condensed| self.pressure(k, condensed).1);
             work -= 0.5 * trace.area * (now + was).dot(&slip(k));
         }
         work
     }
 }
 
+/// Up to three numbers as a vector.
+pub(super) fn three(numbers: &[f64]) -> Point<3> {
+    let mut all = Point::<3>::zeros();
+    all.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
+    all
+}
+
 /// Part of the limit of friction by which the traction of a trace function that slides may fall short: what Newton's tolerance leaves.
 const AT_LIMIT: f64 = 1e-6;
 
 /// Whether a traction is as long as friction lets it be.
-pub(super) fn is_at_limit<const D: usize>(friction: f64, pressure: f64, traction: &Point<D>) -> bool {
+pub(super) fn is_at_limit(friction: f64, pressure: f64, traction: &Point<3>) -> bool {
     traction.norm() >= (1.0 - AT_LIMIT) * friction * pressure
 }
 
 /// A trace function at a state, and what the law asks of it.
-pub(super) struct Touch<const D: usize> {
+pub(super) struct Touch {
+    pub(super) dim: usize,
     pub(super) coefficient: f64,
     /// $\varepsilon$ \[stress/length\].
     pub(super) proximal: f64,
     /// $c$ \[stress/length\].
     pub(super) decisive: f64,
     pub(super) pressure: f64,
-    pub(super) traction: Point<D>,
+    pub(super) traction: Point<3>,
     pub(super) gap: f64,
     /// Change of the gap with the load factor.
     pub(super) by_load: f64,
@@ -166,15 +177,15 @@ pub(super) struct Touch<const D: usize> {
     pub(super) gap_area: f64,
     pub(super) width: f64,
     /// How it slips, where there is friction and something opposite.
-    pub(super) slipping: Option<Slipping<D>>,
+    pub(super) slipping: Option<Slipping>,
 }
 
 /// How a trace function slips along what is opposite.
-pub(super) struct Slipping<const D: usize> {
-    pub normal: Point<D>,
+pub(super) struct Slipping {
+    pub normal: Point<3>,
     /// Mean displacement relative to the other surface since the last converged state, and its change with the load factor.
-    pub slip: Point<D>,
-    pub by_load: Point<D>,
+    pub slip: Point<3>,
+    pub by_load: Point<3>,
 }
 
 /// Derivatives of a mean gap over some unknowns, times the area that it is a mean over.
@@ -187,7 +198,7 @@ pub(super) struct Gradients {
     pub square: f64,
 }
 
-impl<const D: usize> Touch<D> {
+impl Touch {
     pub(super) fn is_active(&self) -> bool {
         self.pressure > self.decisive * self.gap
     }
@@ -199,7 +210,7 @@ impl<const D: usize> Touch<D> {
     }
 
     /// Adds forces and matrix; `moves` are places of unknowns with the slip times area that they make.
-    pub(super) fn add(&self, gradients: &Gradients, moves: &[(usize, Point<D>)], out: &mut Element) {
+    pub(super) fn add(&self, gradients: &Gradients, moves: &[(usize, Point<3>)], out: &mut Element) {
         let Gradients { slope, beside, factor, square: more } = gradients;
         let [pressure, proximal] = self.concentrated();
         // Pressures that are kept uncondensed have a row of their own for the gap.
@@ -241,7 +252,7 @@ impl<const D: usize> Touch<D> {
     }
 
     /// Writes the increments of pressure and traction for a step that changes the gap and moves the trace function.
-    pub(super) fn advance(&self, change: f64, moved: &Point<D>, step: &mut [f64]) {
+    pub(super) fn advance(&self, change: f64, moved: &Point<3>, step: &mut [f64]) {
         let mut traction = -self.traction;
         if self.is_active() {
             step[0] = -self.proximal * (self.gap + change);
@@ -268,20 +279,20 @@ impl<const D: usize> Touch<D> {
 }
 
 /// What trace functions are found to do at a state, all of one part and then those of the other.
-pub(crate) struct Pressed<const D: usize> {
+pub(crate) struct Pressed {
     /// Mean gaps, infinite where they carry no pressure.
     pub gaps: Vec<f64>,
     /// Forces on the body, and their parts against the normal.
-    pub forces: Vec<Point<D>>,
+    pub forces: Vec<Point<3>>,
     pub normal_forces: Vec<f64>,
     /// Whether they touch, and whether those that carry pressures slide.
     pub active: Vec<bool>,
     pub slides: Vec<bool>,
     /// The force on what carries pressures.
-    pub total: Point<D>,
+    pub total: Point<3>,
 }
 
-impl<const D: usize> Pressed<D> {
+impl Pressed {
     pub(super) fn new(traces: usize) -> Self {
         Pressed {
             gaps: vec![f64::INFINITY; traces],

@@ -52,6 +52,11 @@ struct Frame {
     opposite: [Jet<LOCAL>; 2],
 }
 
+/// The outward normal of a chord that runs along a vector, outward to its right (1) or to its left (-1).
+pub(super) fn outward(along: &Point<2>, sign: f64) -> Point<2> {
+    Point::<2>::new(along[1], -along[0]) * (sign / along.norm())
+}
+
 impl Facing {
     fn frame(&self) -> Frame {
         let x: [[Jet<LOCAL>; 2]; 4] =
@@ -68,8 +73,7 @@ impl Facing {
 
     /// The outward normal of the first chord.
     pub(crate) fn normal(&self) -> Point<2> {
-        let along = self.ends[1] - self.ends[0];
-        Point::<2>::new(along[1], -along[0]) * (self.sign / along.norm())
+        outward(&(self.ends[1] - self.ends[0]), self.sign)
     }
 
     /// The mean gap under the trace function of end `end`, 0 or 1, over an overlap.

@@ -5,28 +5,28 @@ use crate::term::{Element, Layout, Term, View};
 
 /// A spring between two opposite places of a round body, along its circumference: the mean displacements of two trace functions,
 /// $e = t_A\cdot\bar u_A + t_B\cdot\bar u_B$ with the tangents $t_A = -t_B$, so that it takes no part in translations.
-pub(crate) struct RollingSpring<const D: usize> {
+pub(crate) struct RollingSpring {
     pub nodes: Vec<u32>,
     /// What each node moves the ends by.
-    pub weights: Vec<Point<D>>,
+    pub weights: Vec<Point<2>>,
     /// Force per elongation.
     pub stiffness: f64,
 }
 
-impl<const D: usize> RollingSpring<D> {
+impl RollingSpring {
     /// The force that it takes \[force\]: none where the motion that it holds is neutral.
     pub(crate) fn force(&self, displacement: &[f64]) -> f64 {
         let each = self.nodes.iter().zip(&self.weights);
-        let moved = |(&node, weight): (&u32, &Point<D>)| {
-            (0..D).map(|i| weight[i] * displacement[node as usize * D + i]).sum::<f64>()
+        let moved = |(&node, weight): (&u32, &Point<2>)| {
+            (0..2).map(|i| weight[i] * displacement[node as usize * 2 + i]).sum::<f64>()
         };
         self.stiffness * each.map(moved).sum::<f64>()
     }
 }
 
-impl<const D: usize> Term for RollingSpring<D> {
+impl Term for RollingSpring {
     fn dim(&self) -> usize {
-        D
+        2
     }
 
     fn clusters(&self) -> usize {
@@ -43,7 +43,7 @@ impl<const D: usize> Term for RollingSpring<D> {
 
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
         let force = self.force(view.displacement);
-        let mut weights: Vec<f64> = Vec::with_capacity(D * self.weights.len());
+        let mut weights: Vec<f64> = Vec::with_capacity(2 * self.weights.len());
         for weight in &self.weights {
             weights.extend_from_slice(weight.as_slice());
         }

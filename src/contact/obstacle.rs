@@ -2,15 +2,15 @@
 
 use nalgebra::Vector3;
 
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point, unit};
 use crate::term::{Curve, Element, Layout, Term, View, parted, straight_until};
 
 use super::counted::CountedMean;
 use super::facing::THROUGH;
 use super::friction::friction_step;
-use super::law::{Gradients, Pressed, Slipping, Stiffness, Touch};
-use super::rigid::Placed;
-use super::{ContactError, ContactLaw, ContactSurface, Nearest, RigidSurface};
+use super::law::{Gradients, Pressed, Slipping, Stiffness, Touch, three};
+use super::rigid::{Obstacle, Placed};
+use super::{ContactError, ContactLaw, ContactSurface, Nearest};
 
 /// Least part of a step of the load that a motion of the surface may ask for.
 const LEAST_PART: f64 = 1e-3;
@@ -20,9 +20,9 @@ const SHARPEST: f64 = 4.0;
 
 /// Contact of a part of the boundary with a rigid surface, by the law [`ContactLaw`]: the gap of a trace function is a mean of $g(x)$ with
 /// $\Theta_J$ in which depth counts for more ([`CountedMean`]).
-pub(crate) struct RigidContact<const D: usize> {
-    pub contact_surface: ContactSurface<D>,
-    pub surface: RigidSurface<D>,
+pub(crate) struct RigidContact {
+    pub contact_surface: ContactSurface,
+    pub surface: Obstacle,
     /// The node whose first component is the travel of a surface that is pushed, and whose second one is the turn of one that is free to turn,
     /// times the lever.
     pub rigid_dof: Option<u32>,
@@ -34,7 +34,7 @@ pub(crate) struct RigidContact<const D: usize> {
 }
 
 /// What a trace function knows of the surface at a state.
-pub(crate) struct LocalContact<const D: usize> {
+pub(crate) struct LocalContact {
     /// $\bar g_J$ \[length\], without an interference.
     mean: CountedMean,
     /// $\bar g_J$ \[length\].
@@ -42,38 +42,38 @@ pub(crate) struct LocalContact<const D: usize> {
     /// Its change with the load factor.
     pub by_load: f64,
     /// The mean normal, a unit vector.
-    pub normal: Point<D>,
+    pub normal: Point<3>,
     /// The mean displacement of the trace function beside what the surface has gone \[length\].
-    pub beside: Point<D>,
+    pub beside: Point<3>,
     /// By how much the surface has turned \[rad\], and what a unit angle moves it by under the trace function \[length\].
     pub angle: f64,
-    arm: Point<D>,
-    pub spun: Point<D>,
+    arm: Point<3>,
+    pub spun: Point<3>,
     /// How the surface moves under the trace function with the load factor.
-    rate: Point<D>,
+    rate: Point<3>,
 }
 
 /// A point of the boundary beside the surface.
-pub(crate) struct Beside<const D: usize> {
+pub(crate) struct Beside {
     pub point: u32,
-    moved: Point<D>,
-    place: Point<D>,
-    pub found: Nearest<D>,
-    arm: Point<D>,
+    moved: Point<3>,
+    place: Point<3>,
+    pub found: Nearest<3>,
+    arm: Point<3>,
     /// How the unknowns of the surface itself move it there: its travel and its turn, times the lever.
-    motions: [Option<Point<D>>; 2],
+    motions: [Option<Point<3>>; 2],
 }
 
-impl<const D: usize> LocalContact<D> {
+impl LocalContact {
     /// Mean displacement beside the material of the surface since an earlier state.
-    pub(crate) fn slip(&self, beside: &Point<D>, angle: f64) -> Point<D> {
+    pub(crate) fn slip(&self, beside: &Point<3>, angle: f64) -> Point<3> {
         self.beside - beside - self.spun * (self.angle - angle)
     }
 }
 
-impl<const D: usize> RigidContact<D> {
-    pub(crate) fn placed(&self, displacement: &[f64], load: f64) -> Placed<D> {
-        let own = |i: usize| self.rigid_dof.map_or(0.0, |node| displacement[node as usize * D + i]);
+impl RigidContact {
+    pub(crate) fn placed(&self, displacement: &[f64], load: f64) -> Placed {
+        let own = |i: usize| self.rigid_dof.map_or(0.0, |node| displacement[node as usize * self.law.dim + i]);
         self.surface.placed(load, [own(0), if self.turns_freely() { own(1) / self.lever } else { 0.0 }])
     }
 
@@ -82,9 +82,9 @@ impl<const D: usize> RigidContact<D> {
     }
 
     /// A point of the boundary beside the surface.
-    fn beside(&self, placed: &Placed<D>, point: u32, view: &View<'_>) -> Beside<D> {
-        let moved = self.contact_surface.displacement(point, view.displacement);
-        let place = self.contact_surface.table.positions()[point as usize] + moved;
+    fn beside(&self, placed: &Placed, point: u32, view: &View<'_>) -> Beside {
+        let moved = self.contact_surface.table.displacement(point as usize, view.displacement);
+        let place = self.contact_surface.table.positions[point as usize] + moved;
         let arm = placed.arm(&place);
         let spun = self.turns_freely().then(|| placed.spun(&arm) / self.lever);
         let found = placed.nearest(&*self.surface.shape, &place);
@@ -93,29 +93,30 @@ impl<const D: usize> RigidContact<D> {
 
     /// Lists what unknowns of a cluster of `size` move a point by beside the surface: displacements of the nodes that it sees, by their places
     /// there, then those of the surface itself.
-    fn list(size: usize, beside: &Beside<D>, seen: (&[u16], &[f64]), list: &mut Vec<(usize, Point<D>)>) {
+    fn list(&self, size: usize, beside: &Beside, seen: (&[u16], &[f64]), list: &mut Vec<(usize, Point<3>)>) {
+        let dim = self.law.dim;
         list.clear();
         for (&node, value) in seen.0.iter().zip(seen.1) {
-            list.extend((0..D).map(|i| {
+            for i in 0..dim {
                 let mut by = Point::zeros();
                 by[i] = *value;
-                (node as usize * D + i, by)
-            }));
+                list.push((node as usize * dim + i, by));
+            }
         }
         for (m, motion) in beside.motions.iter().enumerate() {
-            list.extend(motion.map(|motion| (size - D + m, -motion)));
+            list.extend(motion.map(|motion| (size - dim + m, -motion)));
         }
     }
 
     /// The contact of a boundary part with a surface.
     pub(crate) fn new(
-        contact_surface: ContactSurface<D>,
-        surface: RigidSurface<D>,
+        contact_surface: ContactSurface,
+        surface: Obstacle,
         rigid_dof: Option<u32>,
         stiffness: Stiffness,
     ) -> Self {
         let lever = contact_surface.extent;
-        let clusters = contact_surface.table.clusters();
+        let clusters = &contact_surface.table.clusters;
         let mut facets = Vec::new();
         if let Some(node) = rigid_dof {
             for facet in 0..clusters.len() {
@@ -124,11 +125,11 @@ impl<const D: usize> RigidContact<D> {
                 facets.push(nodes);
             }
         }
-        let law = ContactLaw::new(stiffness, surface.friction, None);
+        let law = ContactLaw::new(contact_surface.table.dim, stiffness, surface.friction, None);
         let mut contact = RigidContact { contact_surface, surface, rigid_dof, lever, law, facets };
         if contact.surface.interference.is_some() {
             let (table, all) = (&contact.contact_surface.table, contact.contact_surface.traces.len());
-            let unknowns = D * contact.rigid_dof.map_or(0, |node| node as usize + 1).max(table.node_count());
+            let unknowns = table.dim * contact.rigid_dof.map_or(0, |node| node as usize + 1).max(table.node_count);
             let rest = vec![0.0; unknowns];
             let view = View { displacement: &rest, condensed: &[], load: 0.0 };
             let gaps = (0..all).map(|trace| contact.local_contact(trace, &view, |_, _, _| {}).gap);
@@ -144,13 +145,13 @@ impl<const D: usize> RigidContact<D> {
         &self,
         trace: usize,
         view: &View<'_>,
-        mut visit: impl FnMut(usize, [f64; 2], &Beside<D>),
-    ) -> LocalContact<D> {
+        mut visit: impl FnMut(usize, [f64; 2], &Beside),
+    ) -> LocalContact {
         let (index, trace) = (trace, &self.contact_surface.traces[trace]);
         let placed = self.placed(view.displacement, view.load);
         let mut points = Vec::with_capacity(trace.points.len());
         let mut gaps = Vec::with_capacity(trace.points.len());
-        let (mut moved, mut all_arms) = (Point::<D>::zeros(), Point::<D>::zeros());
+        let (mut moved, mut all_arms) = (Point::<3>::zeros(), Point::<3>::zeros());
         for &(point, weight) in &trace.points {
             let beside = self.beside(&placed, point, view);
             gaps.push((beside.found.gap, weight));
@@ -159,7 +160,7 @@ impl<const D: usize> RigidContact<D> {
             points.push(beside);
         }
         let mean = CountedMean::new(&gaps, trace.width);
-        let (mut by_load, mut normal) = (0.0, Point::<D>::zeros());
+        let (mut by_load, mut normal) = (0.0, Point::<3>::zeros());
         for (k, (beside, (gap, weight))) in points.iter().zip(&gaps).enumerate() {
             let part = weight * mean.part(*gap);
             by_load -= part * beside.found.normal.dot(&placed.rate(&beside.arm));
@@ -186,8 +187,8 @@ impl<const D: usize> RigidContact<D> {
         &self,
         trace: usize,
         view: &View<'_>,
-        visit: impl FnMut(usize, [f64; 2], &Beside<D>),
-    ) -> (Touch<D>, LocalContact<D>) {
+        visit: impl FnMut(usize, [f64; 2], &Beside),
+    ) -> (Touch, LocalContact) {
         let local_contact = self.local_contact(trace, view, visit);
         let slipping = self.law.has_friction().then(|| {
             let (beside, angle) = self.before(trace, view.condensed);
@@ -200,15 +201,15 @@ impl<const D: usize> RigidContact<D> {
     }
 
     /// Where a trace function was beside the surface at the last converged state, and by how much the surface had turned.
-    fn before(&self, trace: usize, condensed: &[f64]) -> (Point<D>, f64) {
+    fn before(&self, trace: usize, condensed: &[f64]) -> (Point<3>, f64) {
         let variables = parted(self, condensed).1;
         let angle = if self.surface.turning.is_some() { variables[variables.len() - 1] } else { 0.0 };
-        (Point::from_fn(|i, _| variables[trace * D + i]), angle)
+        (three(&variables[trace * self.law.dim..][..self.law.dim]), angle)
     }
 
     /// How unknowns of a trace function move it beside the surface, times its area: displacements by $\int\Theta\Psi_a$, also to where the
     /// surface has turned by another way, and travel and turn of the surface.
-    fn moves(&self, trace: usize, view: &View<'_>, local_contact: &LocalContact<D>) -> Vec<(usize, Point<D>)> {
+    fn moves(&self, trace: usize, view: &View<'_>, local_contact: &LocalContact) -> Vec<(usize, Point<3>)> {
         let (_, was) = self.before(trace, view.condensed);
         let placed = self.placed(view.displacement, view.load);
         let trace = &self.contact_surface.traces[trace];
@@ -218,13 +219,16 @@ impl<const D: usize> RigidContact<D> {
                 values[l as usize] += weight * value;
             }
         }
-        let turned = |by: Point<D>| by - placed.spun(&by) * (placed.angle() - was);
-        let mut moves: Vec<(usize, Point<D>)> = Vec::with_capacity(values.len() * D);
-        let unit = |i: usize| turned(Point::<D>::from_fn(|j, _| f64::from(u8::from(i == j))));
+        let turned = |by: Point<3>| by - placed.spun(&by) * (placed.angle() - was);
+        let dim = self.law.dim;
+        let mut moves: Vec<(usize, Point<3>)> = Vec::with_capacity(values.len() * dim);
+        let axes = [turned(unit(0)), turned(unit(1)), turned(unit(2))];
         for (a, value) in values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-            moves.extend((0..D).map(|i| (a * D + i, unit(i) * *value)));
+            for (i, axis) in axes[..dim].iter().enumerate() {
+                moves.push((a * dim + i, axis * *value));
+            }
         }
-        let own = (trace.nodes.len() - 1) * D;
+        let own = (trace.nodes.len() - 1) * dim;
         moves.extend(self.surface.free_direction().map(|by| (own, turned(by) * -trace.area)));
         if self.turns_freely() {
             moves.push((own + 1, placed.spun(&local_contact.arm) * (-trace.area / self.lever)));
@@ -233,17 +237,17 @@ impl<const D: usize> RigidContact<D> {
     }
 
     /// Gaps and forces at a state, the moment of the forces about the origin, and how deep the deepest point lies behind the surface.
-    pub(crate) fn pressed(&self, view: &View<'_>) -> (Pressed<D>, Vector3<f64>, f64) {
+    pub(crate) fn pressed(&self, view: &View<'_>) -> (Pressed, Vector3<f64>, f64) {
         let mut all = Pressed::new(self.contact_surface.traces.len());
         let (mut moment, mut depth) = (Vector3::zeros(), 0.0f64);
         for (k, trace) in self.contact_surface.traces.iter().enumerate() {
-            let (pressure, friction) = self.law.pressure::<D>(k, view.condensed);
-            let (mut force, mut own) = (Point::<D>::zeros(), Vector3::zeros());
+            let (pressure, friction) = self.law.pressure(k, view.condensed);
+            let (mut force, mut own) = (Point::<3>::zeros(), Vector3::zeros());
             let (touch, _) = self.touch(k, view, |p, [part, _], at| {
                 depth = depth.max(-at.found.gap);
                 let push = at.found.normal * (pressure * part) + friction * trace.points[p].1;
                 force += push;
-                own += padded::<D, 3>(&at.place).cross(&padded(&push));
+                own += at.place.cross(&push);
             });
             all.gaps[k] = touch.gap;
             all.active[k] = touch.is_active();
@@ -267,7 +271,7 @@ impl<const D: usize> RigidContact<D> {
     }
 
     /// Where a trace function that touches lies beyond an open end of the surface.
-    pub(crate) fn passed_end(&self, trace: usize, view: &View<'_>) -> Option<Point<D>> {
+    pub(crate) fn passed_end(&self, trace: usize, view: &View<'_>) -> Option<Point<3>> {
         let mut passed = None;
         let (touch, _) = self.touch(trace, view, |_, _, at| {
             passed = if at.found.passed_end { Some(at.place) } else { passed };
@@ -278,19 +282,19 @@ impl<const D: usize> RigidContact<D> {
     /// Where the surface has come to the inner side of the body in a step: at one trace function, or all in all, so that it pulls. A surface
     /// presses against the normal of the body; one that has just let go may stand beside it or behind another part of the boundary, and one
     /// that is smaller than a trace function may never have touched.
-    fn passed_through(&self, before: &View<'_>, after: &View<'_>) -> Option<Point<D>> {
+    fn passed_through(&self, before: &View<'_>, after: &View<'_>) -> Option<Point<3>> {
         let (mut pull, mut most, mut at) = (0.0, f64::NEG_INFINITY, 0);
         for (index, trace) in self.contact_surface.traces.iter().enumerate() {
             let mut along = 0.0;
             let (touch, now) = self.touch(index, after, |k, _, at| {
                 let outward = self.contact_surface.outward(at.point, after.displacement);
-                let cosine = (0..D).map(|i| at.found.normal[i] * outward[i]).sum::<f64>() / outward.norm();
+                let cosine = at.found.normal.dot(&outward) / outward.norm();
                 along += trace.points[k].1 / trace.area * cosine;
             });
             let is_small = now.gap < trace.width && self.surface.shape.depth() < trace.width;
             let touched = || touch.is_active() || is_small || self.touch(index, before, |_, _, _| {}).0.is_active();
             if along > THROUGH && touched() && !self.is_shielded(index, after) {
-                return Some(self.place(trace.points[0].0, after));
+                return Some(self.contact_surface.place(trace.points[0].0, after.displacement));
             }
             if touch.is_active() {
                 // Below zero a pressure is rounding.
@@ -298,26 +302,22 @@ impl<const D: usize> RigidContact<D> {
                 (most, at) = if along > most { (along, trace.points[0].0) } else { (most, at) };
             }
         }
-        (pull > 0.0).then(|| self.place(at, after))
+        (pull > 0.0).then(|| self.contact_surface.place(at, after.displacement))
     }
 
     /// Whether most of the nearest places of the surface are beside another part of the boundary: the body has slipped past it there.
     fn is_shielded(&self, trace: usize, view: &View<'_>) -> bool {
-        let (table, mut shielded) = (&self.contact_surface.table, 0.0);
+        let (surface, mut shielded) = (&self.contact_surface, 0.0);
         self.local_contact(trace, view, |k, _, Beside { place, found, .. }| {
             let nearest = place - found.normal * found.gap;
-            let mut others = 0..table.positions().len() as u32;
-            if found.gap > 0.0 && others.any(|p| (self.place(p, view) - nearest).norm() < 0.5 * found.gap) {
-                shielded += self.contact_surface.traces[trace].points[k].1;
+            let mut others = 0..surface.table.len() as u32;
+            if found.gap > 0.0
+                && others.any(|p| (surface.place(p, view.displacement) - nearest).norm() < 0.5 * found.gap)
+            {
+                shielded += surface.traces[trace].points[k].1;
             }
         });
-        shielded > 0.5 * self.contact_surface.traces[trace].area
-    }
-
-    /// Where a point of the boundary is.
-    fn place(&self, point: u32, view: &View<'_>) -> Point<D> {
-        self.contact_surface.table.positions()[point as usize]
-            + self.contact_surface.displacement(point, view.displacement)
+        shielded > 0.5 * surface.traces[trace].area
     }
 
     /// Adds the second derivatives of the gaps over a facet, times the pressures there, by displacements and by the motions of the surface,
@@ -327,10 +327,10 @@ impl<const D: usize> RigidContact<D> {
         let (contact_surface, table) = (&self.contact_surface, &self.contact_surface.table);
         let (placed, size) = (self.placed(view.displacement, view.load), matrix.len().isqrt());
         let (mut means, mut list): (Vec<(u32, CountedMean)>, _) = (Vec::new(), Vec::new());
-        for point in table.clusters().points(facet) {
+        for point in table.clusters.points(facet) {
             let (mut by_normal, mut by_square, mut found) = (0.0, 0.0, None);
             for &(trace, weight) in &contact_surface.over[point] {
-                let force = weight * self.law.pressure::<D>(trace as usize, view.condensed).0.max(0.0);
+                let force = weight * self.law.pressure(trace as usize, view.condensed).0.max(0.0);
                 if force == 0.0 {
                     continue;
                 }
@@ -354,7 +354,7 @@ impl<const D: usize> RigidContact<D> {
             if turned.is_none() && bend.norm() == 0.0 {
                 continue;
             }
-            Self::list(size, &at, (table.clusters().local(point), table.values(point)), &mut list);
+            self.list(size, &at, (table.clusters.local(point), table.values(point)), &mut list);
             for (column, right) in &list {
                 let (right, column) = (bend * right, &mut matrix[column * size..][..size]);
                 list.iter().for_each(|(row, left)| column[*row] += left.dot(&right));
@@ -373,7 +373,7 @@ impl<const D: usize> RigidContact<D> {
     fn facet_nodes(&self, facet: usize) -> &[u32] {
         match self.rigid_dof {
             Some(_) => &self.facets[facet],
-            None => self.contact_surface.table.clusters().nodes(facet),
+            None => self.contact_surface.table.clusters.nodes(facet),
         }
     }
 
@@ -383,13 +383,13 @@ impl<const D: usize> RigidContact<D> {
     }
 }
 
-impl<const D: usize> Term for RigidContact<D> {
+impl Term for RigidContact {
     fn dim(&self) -> usize {
-        D
+        self.law.dim
     }
 
     fn clusters(&self) -> usize {
-        self.contact_surface.traces.len() + self.contact_surface.table.clusters().len()
+        self.contact_surface.traces.len() + self.contact_surface.table.clusters.len()
     }
 
     fn nodes(&self, cluster: usize) -> &[u32] {
@@ -418,19 +418,18 @@ impl<const D: usize> Term for RigidContact<D> {
             zone.place = cluster;
         }
         let (trace, kept) = (&self.contact_surface.traces[cluster], out.uncondensed.is_some());
-        let size = trace.nodes.len() * D;
+        let size = trace.nodes.len() * self.law.dim;
         // ∇ḡ A, in the buffer of the element, and what depth that counts from the mean has in the second derivatives,
         // ∫ Θ c'' (∇g - ∇ḡ)(∇g - ∇ḡ)ᵀ. Pressures that are kept uncondensed do without it: for an increment that leaves the mean gap as it is
         // it vanishes.
         let mut slope = std::mem::take(&mut out.scratch);
         slope.clear();
         slope.resize(size, 0.0);
-        let bent =
-            if out.with_matrix && !kept { self.law.pressure::<D>(cluster, view.condensed).0.max(0.0) } else { 0.0 };
+        let bent = if out.with_matrix && !kept { self.law.pressure(cluster, view.condensed).0.max(0.0) } else { 0.0 };
         let (mut beside, mut whole, mut list) = (Vec::new(), 0.0, Vec::new());
         let (touch, local_contact) = self.touch(cluster, &view, |k, [part, more], at| {
             let values = self.contact_surface.table.values(at.point as usize);
-            Self::list(size, at, (trace.local(k), values), &mut list);
+            self.list(size, at, (trace.local(k), values), &mut list);
             let more = -bent * more;
             list.iter().for_each(|(place, by)| slope[*place] += part * at.found.normal.dot(by));
             if more != 0.0 {
@@ -452,10 +451,11 @@ impl<const D: usize> Term for RigidContact<D> {
         if self.facet_of(cluster).is_some() {
             return 1.0;
         }
-        let (trace, mut change) = (&self.contact_surface.traces[cluster], 0.0);
-        let own = |m: usize| self.rigid_dof.map_or(0.0, |node| step[node as usize * D + m]);
+        let (surface, dim, mut change) = (&self.contact_surface, self.law.dim, 0.0);
+        let trace = &surface.traces[cluster];
+        let own = |m: usize| self.rigid_dof.map_or(0.0, |node| step[node as usize * dim + m]);
         let (touch, local_contact) = self.touch(cluster, &view, |_, [part, _], at| {
-            let mut by = self.contact_surface.displacement(at.point, step);
+            let mut by = surface.table.displacement(at.point as usize, step);
             for (m, motion) in at.motions.iter().enumerate() {
                 by -= motion.map_or_else(Point::zeros, |motion| motion * own(m));
             }
@@ -464,7 +464,7 @@ impl<const D: usize> Term for RigidContact<D> {
         let mut moved = Point::zeros();
         if touch.slipping.is_some() {
             for (place, by) in self.moves(cluster, &view, &local_contact) {
-                moved += by * (step[trace.nodes[place / D] as usize * D + place % D] / trace.area);
+                moved += by * (step[trace.nodes[place / dim] as usize * dim + place % dim] / trace.area);
             }
         }
         let change = change / trace.area;
@@ -475,31 +475,33 @@ impl<const D: usize> Term for RigidContact<D> {
     fn layout(&self) -> Layout {
         // Where each trace function was beside the surface; without friction that does not matter.
         let turned = usize::from(self.surface.turning.is_some());
-        let history = if self.law.has_friction() { self.contact_surface.traces.len() * D + turned } else { 0 };
+        let history =
+            if self.law.has_friction() { self.contact_surface.traces.len() * self.law.dim + turned } else { 0 };
         Layout { unilateral: true, history, ..Layout::default() }
     }
 
     fn unknowns(&self, cluster: usize) -> std::ops::Range<usize> {
-        let (stride, traces) = (self.law.stride(D), self.contact_surface.traces.len());
+        let (stride, traces) = (self.law.stride(), self.contact_surface.traces.len());
         cluster.min(traces) * stride..(cluster + 1).min(traces) * stride
     }
 
     fn start(&self, _: &mut [f64], history: &mut [f64]) {
         let placed = self.surface.placed(0.0, [0.0; 2]);
         let traces = self.contact_surface.traces.len();
-        for was in history.chunks_exact_mut(D).take(traces) {
+        for was in history.chunks_exact_mut(self.law.dim).take(traces) {
             was.iter_mut().zip(&placed.offset).for_each(|(was, offset)| *was = -offset);
         }
-        history.iter_mut().skip(traces * D).for_each(|was| *was = placed.angle());
+        history.iter_mut().skip(traces * self.law.dim).for_each(|was| *was = placed.angle());
     }
 
     fn update(&self, view: View<'_>, next: &mut [f64]) {
         let traces = self.contact_surface.traces.len();
-        for (trace, now) in next.chunks_exact_mut(D).take(traces).enumerate() {
-            now.copy_from_slice(self.local_contact(trace, &view, |_, _, _| {}).beside.as_slice());
+        for (trace, now) in next.chunks_exact_mut(self.law.dim).take(traces).enumerate() {
+            let beside = self.local_contact(trace, &view, |_, _, _| {}).beside;
+            now.iter_mut().zip(&beside).for_each(|(now, beside)| *now = *beside);
         }
         let angle = self.placed(view.displacement, view.load).angle();
-        next.iter_mut().skip(traces * D).for_each(|now| *now = angle);
+        next.iter_mut().skip(traces * self.law.dim).for_each(|now| *now = angle);
     }
 
     fn rounding(&self) -> [f64; 2] {
@@ -515,10 +517,12 @@ impl<const D: usize> Term for RigidContact<D> {
     fn check_step(&self, before: View<'_>, after: View<'_>) -> Option<String> {
         let (contact, load) = (self.surface.name.clone(), after.load);
         if let Some(at) = (0..self.contact_surface.traces.len()).find_map(|trace| self.passed_end(trace, &after)) {
-            return Some(ContactError::PassedEnd { contact, at: at.as_slice().to_vec(), load }.to_string());
+            return Some(
+                ContactError::PassedEnd { contact, at: self.contact_surface.coordinates(&at), load }.to_string(),
+            );
         }
         let at = self.passed_through(&before, &after)?;
-        Some(ContactError::PassedThrough { contact, at: at.as_slice().to_vec(), load }.to_string())
+        Some(ContactError::PassedThrough { contact, at: self.contact_surface.coordinates(&at), load }.to_string())
     }
 
     fn farthest_load(&self, from: f64, to: f64) -> f64 {
@@ -529,7 +533,7 @@ impl<const D: usize> Term for RigidContact<D> {
             return to;
         }
         let start = self.surface.placed(from, [0.0; 2]);
-        let positions = self.contact_surface.table.positions().iter();
+        let positions = self.contact_surface.table.positions.iter();
         let lever = positions.map(|x| start.spun(&start.arm(x)).norm()).fold(0.0, f64::max);
         // A motion that returns or turns far within one step would not be seen, however thick the surface is.
         let curve = Curve::new(|load: f64| {

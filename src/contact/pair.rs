@@ -2,9 +2,9 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::{DMatrix, DVector, SVector, Vector3};
+use nalgebra::{SVector, Vector3};
 
-use crate::cells::BoundaryCells;
+use crate::compiled::by_dim;
 use crate::geometry::{Point, padded};
 use crate::term::{Element, PointMotion, View, parted};
 
@@ -13,7 +13,7 @@ use super::faces::{Faces, LaidFaces};
 use super::facets::Facing;
 use super::facing::Facets;
 use super::jet::Jet;
-use super::law::{Pressed, Slipping, Touch};
+use super::law::{Pressed, Slipping, Touch, three};
 use super::vertices::{Means, Movers, merged};
 use super::{ContactLaw, ContactSurface, overlap};
 
@@ -35,16 +35,16 @@ pub(super) enum Opposite {
 }
 
 /// The faces at a state.
-pub(super) struct State<const D: usize> {
+pub(super) struct State {
     pub(super) displacement: Vec<f64>,
     /// Where the movers are.
-    pub(super) places: Vec<Point<D>>,
+    pub(super) places: Vec<Point<3>>,
     pub(super) opposite: Opposite,
     pub(super) reach: f64,
 }
 
 /// A part of the gap of a trace function times its area, over points that move: the coordinates of one after the other.
-pub(super) struct Piece<const D: usize> {
+pub(super) struct Piece {
     movers: [u32; MOST],
     /// How many there are, of which the first so many are of the face that carries pressures.
     counts: [usize; 2],
@@ -53,7 +53,7 @@ pub(super) struct Piece<const D: usize> {
     /// What each mover moves the trace function by, times area.
     shares: [f64; MOST],
     /// A unit normal of the faces.
-    normal: Point<D>,
+    normal: Point<3>,
     source: Source,
 }
 
@@ -62,10 +62,11 @@ const MOST: usize = 6;
 
 /// Derivatives over the coordinates of a piece's points.
 struct Derivatives {
-    slope: DVector<f64>,
-    curve: DMatrix<f64>,
+    slope: Vec<f64>,
+    /// By columns.
+    curve: Vec<f64>,
     /// Gradient of the area.
-    area_slope: DVector<f64>,
+    area_slope: Vec<f64>,
 }
 
 /// Where the derivatives of a piece are.
@@ -80,7 +81,7 @@ enum Source {
     },
 }
 
-impl<const D: usize> Piece<D> {
+impl Piece {
     /// Its movers.
     fn movers(&self) -> &[u32] {
         &self.movers[..self.counts[0]]
@@ -100,17 +101,17 @@ fn few<T: Copy + Default>(list: &[T]) -> [T; MOST] {
 
 /// A piece given by its gap times area and its area over the coordinates of its movers, of which the first `own` are of the face that
 /// carries pressures.
-fn piece<const D: usize, const N: usize>(
+fn piece<const N: usize>(
     (movers, own): (&[u32], usize),
     [gap, area]: [Jet<N>; 2],
     shares: &[f64],
-    normal: Point<D>,
+    normal: Point<3>,
     shift: f64,
-) -> Piece<D> {
+) -> Piece {
     let source = Source::Here(Derivatives {
-        slope: DVector::from_column_slice((gap.slope + area.slope * shift).as_slice()),
-        curve: DMatrix::from_column_slice(N, N, gap.curve.as_slice()),
-        area_slope: DVector::from_column_slice(area.slope.as_slice()),
+        slope: (gap.slope + area.slope * shift).as_slice().to_vec(),
+        curve: gap.curve.as_slice().to_vec(),
+        area_slope: area.slope.as_slice().to_vec(),
     });
     let counts = [movers.len(), own];
     Piece { movers: few(movers), counts, value: gap.value, area: area.value, shares: few(shares), normal, source }
@@ -147,14 +148,14 @@ pub(super) struct Gathered {
 /// $$s_J = \frac1{a_J}\int N_J\\,\big(\Delta x - \Delta y\big)\mathrm d\Gamma$$
 /// along its mean normal there, with the overlaps of that state, so that it is linear in displacements within a step. The law is that of
 /// rigid surfaces, its traction per area $A_J$ as the pressure is: force $A_J\\,\tau_J\nabla s_J$.
-pub(crate) struct PairContact<const D: usize> {
-    pub contact_surfaces: Vec<ContactSurface<D>>,
+pub(crate) struct PairContact {
+    pub contact_surfaces: Vec<ContactSurface>,
     pub law: ContactLaw,
     pub(super) geometry: Geometry,
     /// Nodes of all clusters: those that any point of the boundary parts sees.
-    pub(super) nodes: Vec<u32>,
+    pub nodes: Vec<u32>,
     /// For each trace function its vertex, then others.
-    movers: Movers<D>,
+    movers: Movers,
     /// What those are of the displacements of the nodes that are no means.
     pub(super) motion: PointMotion,
     /// Trace functions of all parts.
@@ -162,42 +163,42 @@ pub(crate) struct PairContact<const D: usize> {
     /// Trace functions that may carry pressures, from the first on.
     pub(super) carrying: usize,
     /// The faces at the state that was looked at last: all trace functions of an iteration see the same one.
-    pub(super) last: Mutex<Option<Arc<State<D>>>>,
+    pub(super) last: Mutex<Option<Arc<State>>>,
     /// The state whose search is kept while an active set cycles.
-    searched: Mutex<Option<Arc<State<D>>>>,
+    searched: Mutex<Option<Arc<State>>>,
     /// What slips beside what since the last converged state.
-    held: Mutex<Option<Arc<Held<D>>>>,
+    held: Mutex<Option<Arc<Held>>>,
 }
 
 /// The slips of all trace functions that carry pressures, from a converged state on; none where nothing was opposite.
-struct Held<const D: usize> {
+struct Held {
     internal_variables: Vec<f64>,
-    slips: Vec<Option<Slip<D>>>,
+    slips: Vec<Option<Slip>>,
 }
 
 /// The faces at a state, and what points have moved since the last converged one.
-pub(super) struct Now<const D: usize> {
-    pub(super) state: Arc<State<D>>,
-    held: Option<Arc<Held<D>>>,
-    since: Vec<Point<D>>,
+pub(super) struct Now {
+    pub(super) state: Arc<State>,
+    held: Option<Arc<Held>>,
+    since: Vec<Point<3>>,
 }
 
-impl<const D: usize> Now<D> {
+impl Now {
     /// How a trace function slips; none without friction, or where nothing was opposite.
-    pub(super) fn slip(&self, trace: usize) -> Option<&Slip<D>> {
+    pub(super) fn slip(&self, trace: usize) -> Option<&Slip> {
         self.held.as_ref()?.slips[trace].as_ref()
     }
 }
 
 /// The slip of a trace function as a combination of those of points, and the normal that it is across to.
-pub(super) struct Slip<const D: usize> {
+pub(super) struct Slip {
     pub(super) weights: Vec<(u32, f64)>,
-    pub(super) normal: Point<D>,
+    pub(super) normal: Point<3>,
 }
 
-impl<const D: usize> Slip<D> {
+impl Slip {
     /// What it is where points have moved.
-    pub(super) fn of(&self, moves: &[Point<D>]) -> Point<D> {
+    pub(super) fn of(&self, moves: &[Point<3>]) -> Point<3> {
         self.weights.iter().map(|&(point, weight)| moves[point as usize] * weight).sum()
     }
 }
@@ -212,13 +213,12 @@ pub(crate) struct TraceGap {
     pub area: f64,
 }
 
-impl<const D: usize> PairContact<D> {
+impl PairContact {
     /// Faces of one or two parts, and the particles that move them by rising number.
     pub(crate) fn new(
-        contact_surfaces: Vec<ContactSurface<D>>,
+        contact_surfaces: Vec<ContactSurface>,
         nodes: Vec<u32>,
-        faces: &[&BoundaryCells<D>],
-        positions: &[Point<D>],
+        positions: &[Point<3>],
         law: ContactLaw,
     ) -> Self {
         let place = |node: u32| nodes.partition_point(|&n| n < node) as u16;
@@ -232,19 +232,19 @@ impl<const D: usize> PairContact<D> {
             }
         }
         let traces = movers.rest.len();
-        let facets = || Facets::new(&contact_surfaces, faces, &movers.rest);
-        let geometry = if D == 3 {
+        let facets = || Facets::new(&contact_surfaces, &movers.rest);
+        let geometry = if law.dim == 3 {
             let mut found = Faces::new(facets(), contact_surfaces[0].traces.len(), &movers.rest);
             for triangle in &mut found.triangles {
                 triangle.movers = triangle.corners.each_ref().map(|corner| movers.push_mean(corner));
             }
             add_loose(&mut found, &contact_surfaces[0], place, &mut movers);
             Geometry::Space(found)
-        } else if D == 1 {
+        } else if law.dim == 1 {
             let mut outward = Vec::new();
             for surface in &contact_surfaces {
                 for trace in &surface.traces {
-                    outward.push(surface.table.normals()[trace.points[0].0 as usize][0]);
+                    outward.push(surface.table.normals[trace.points[0].0 as usize][0]);
                 }
             }
             Geometry::Line(outward)
@@ -281,7 +281,7 @@ impl<const D: usize> PairContact<D> {
     fn measure_overlap(&mut self) {
         if let Some(interference) = self.law.interference.take() {
             self.deepen(f64::INFINITY);
-            let unknowns = self.nodes.last().map_or(0, |last| (*last as usize + 1) * D);
+            let unknowns = self.nodes.last().map_or(0, |last| (*last as usize + 1) * self.law.dim);
             let state = self.laid(&vec![0.0; unknowns]);
             let gaps = (0..self.carrying).map(|trace| {
                 let gap = self.overlap(trace, &state, 0.0, |_| {}).gap;
@@ -305,15 +305,16 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// What slips beside what since the last converged state, with the displacements of the nodes there.
-    fn held(&self, condensed: &[f64]) -> Arc<Held<D>> {
+    fn held(&self, condensed: &[f64]) -> Arc<Held> {
         let internal_variables = parted(self, condensed).1;
         let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(held) = held.as_ref().filter(|held| held.internal_variables == internal_variables) {
             return held.clone();
         }
-        let mut displacement = vec![0.0; self.nodes.last().map_or(0, |last| (*last as usize + 1) * D)];
-        for (&node, was) in self.nodes.iter().zip(internal_variables.chunks_exact(D)) {
-            displacement[node as usize * D..][..D].copy_from_slice(was);
+        let mut displacement = vec![0.0; self.nodes.last().map_or(0, |last| (*last as usize + 1) * self.law.dim)];
+        let dim = self.law.dim;
+        for (&node, was) in self.nodes.iter().zip(internal_variables.chunks_exact(dim)) {
+            displacement[node as usize * dim..][..dim].copy_from_slice(was);
         }
         let state = self.found(&displacement, None);
         let slips = (0..self.carrying).map(|trace| self.slip(trace, &state)).collect();
@@ -323,8 +324,8 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// The slip of a trace function from a state on.
-    fn slip(&self, trace: usize, state: &State<D>) -> Option<Slip<D>> {
-        let (mut weights, mut normal) = (Vec::new(), Point::<D>::zeros());
+    fn slip(&self, trace: usize, state: &State) -> Option<Slip> {
+        let (mut weights, mut normal) = (Vec::new(), Point::<3>::zeros());
         let overlap = self.overlap(trace, state, 0.0, |piece| {
             for (mover, share) in piece.moving() {
                 weights.extend(self.movers.parts[mover as usize].iter().map(|&(point, part)| (point, share * part)));
@@ -338,19 +339,20 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// What the points have moved by since the last converged state; nothing without friction.
-    fn moved_since(&self, displacement: &[f64], condensed: &[f64]) -> Vec<Point<D>> {
+    fn moved_since(&self, displacement: &[f64], condensed: &[f64]) -> Vec<Point<3>> {
         if !self.law.has_friction() {
             return Vec::new();
         }
         let mut since = displacement.to_vec();
-        for (&node, was) in self.nodes.iter().zip(parted(self, condensed).1.chunks_exact(D)) {
-            since[node as usize * D..].iter_mut().zip(was).for_each(|(u, was)| *u -= was);
+        let dim = self.law.dim;
+        for (&node, was) in self.nodes.iter().zip(parted(self, condensed).1.chunks_exact(dim)) {
+            since[node as usize * dim..].iter_mut().zip(was).for_each(|(u, was)| *u -= was);
         }
         self.moves(&since)
     }
 
     /// The faces at a state.
-    fn laid(&self, displacement: &[f64]) -> Arc<State<D>> {
+    fn laid(&self, displacement: &[f64]) -> Arc<State> {
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(state) = last.as_ref().filter(|state| state.displacement == displacement) {
             return state.clone();
@@ -373,9 +375,9 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// Finds the faces at a state, with the search of another one or of its own.
-    fn found(&self, displacement: &[f64], searched: Option<&State<D>>) -> State<D> {
+    fn found(&self, displacement: &[f64], searched: Option<&State>) -> State {
         let all = self.movers.rest.iter().zip(self.moves(displacement));
-        let places: Vec<Point<D>> = all.map(|(x, moved)| x + moved).collect();
+        let places: Vec<Point<3>> = all.map(|(x, moved)| x + moved).collect();
         let (opposite, reach) = match &self.geometry {
             Geometry::Line(outward) => {
                 let carrying = self.contact_surfaces[0].traces.len();
@@ -396,11 +398,10 @@ impl<const D: usize> PairContact<D> {
                 (Opposite::Plane(laid), reach)
             }
             Geometry::Space(faces) => {
-                let corners =
-                    faces.triangles.iter().map(|triangle| triangle.movers.map(|k| padded(&places[k as usize])));
+                let corners = faces.triangles.iter().map(|triangle| triangle.movers.map(|k| places[k as usize]));
                 let points = faces.loose.iter().map(|loose| {
                     let normal = self.contact_surfaces[0].outward(loose.point, displacement);
-                    (padded(&places[loose.mover as usize]), normal / normal.norm().max(f64::MIN_POSITIVE))
+                    (places[loose.mover as usize], normal / normal.norm().max(f64::MIN_POSITIVE))
                 });
                 let before = match searched.map(|state| &state.opposite) {
                     Some(Opposite::Space(laid)) => Some(laid),
@@ -415,14 +416,16 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// What coefficients move all movers by.
-    pub(super) fn moves(&self, step: &[f64]) -> Vec<Point<D>> {
-        let mut moves: Vec<Point<D>> = Vec::with_capacity(self.motion.len());
+    pub(super) fn moves(&self, step: &[f64]) -> Vec<Point<3>> {
+        let mut moves: Vec<Point<3>> = Vec::with_capacity(self.motion.len());
         for (point, parts) in self.movers.parts.iter().enumerate() {
-            let mut u = Point::<D>::zeros();
-            for &(place, value) in self.motion.of(point as u32) {
-                let first = self.nodes[place as usize] as usize * D;
-                (0..D).for_each(|i| u[i] += value * step[first + i]);
-            }
+            let mut u = Point::<3>::zeros();
+            by_dim!(self.law.dim, D => {
+                for &(place, value) in self.motion.of(point as u32) {
+                    let first = self.nodes[place as usize] as usize * D;
+                    (0..D).for_each(|i| u[i] += value * step[first + i]);
+                }
+            });
             if parts.len() > 1 {
                 parts.iter().for_each(|&(of, part)| u += moves[of as usize] * part);
             }
@@ -437,16 +440,10 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// Visits the pieces of the gap of a trace function that carries pressures.
-    pub(super) fn overlap(
-        &self,
-        trace: usize,
-        state: &State<D>,
-        load: f64,
-        mut visit: impl FnMut(Piece<D>),
-    ) -> TraceGap {
+    pub(super) fn overlap(&self, trace: usize, state: &State, load: f64, mut visit: impl FnMut(Piece)) -> TraceGap {
         let (mut gap, mut area) = (0.0, 0.0);
         let [shift, by_load] = self.law.shift(trace, load);
-        let mut take = |piece: Piece<D>| {
+        let mut take = |piece: Piece| {
             gap += piece.value;
             area += piece.area;
             visit(piece);
@@ -459,7 +456,7 @@ impl<const D: usize> PairContact<D> {
                     let [here, there] = [own, other].map(|k| state.places[k as usize][0]);
                     let gap = (Jet::variable(there, 1) - Jet::variable(here, 0)) * (area * normal);
                     let both: [Jet<2>; 2] = [gap, Jet::constant(area)];
-                    take(piece((&[own, other], 1), both, &[area; 2], Point::<D>::repeat(normal), shift));
+                    take(piece((&[own, other], 1), both, &[area; 2], Point::<3>::new(normal, 0.0, 0.0), shift));
                 }
             }
             (Geometry::Plane(chain), Opposite::Plane(laid)) => {
@@ -492,11 +489,11 @@ impl<const D: usize> PairContact<D> {
         (faces, laid): (&Faces, &LaidFaces),
         trace: usize,
         shift: f64,
-        take: &mut impl FnMut(Piece<D>),
+        take: &mut impl FnMut(Piece),
     ) {
         for &(triangle, parts) in &faces.of_trace[trace] {
             let triangle = triangle as usize;
-            let normal = padded(&laid.bases[triangle].normal);
+            let normal = laid.bases[triangle].normal;
             let sum = |of: [f64; 3]| parts[0] * of[0] + parts[1] * of[1] + parts[2] * of[2];
             let [a, b, c] = faces.triangles[triangle].movers;
             for (number, Facing { other, gaps, .. }) in laid.facing[triangle].iter().enumerate() {
@@ -519,35 +516,44 @@ impl<const D: usize> PairContact<D> {
         &self,
         (faces, laid): (&Faces, &LaidFaces),
         trace: usize,
-        state: &State<D>,
-        take: &mut impl FnMut(Piece<D>),
+        state: &State,
+        take: &mut impl FnMut(Piece),
     ) {
         for &(point, weight) in &self.contact_surfaces[0].traces[trace].points {
-            let place = |mover: u32| padded(&state.places[mover as usize]);
+            let place = |mover: u32| state.places[mover as usize];
             let Some((own, triangle, found)) = faces.loose_gap(laid, point, place) else { continue };
             let [a, b, c] = faces.triangles[triangle as usize].movers;
             let outward: Point<3> = found.slope.fixed_rows::<3>(0).into();
             // What point and corners move the place of contact by.
             let shares = [0, 1, 2, 3].map(|k| weight * found.slope.fixed_rows::<3>(3 * k).dot(&outward).abs());
             let both = [found * weight, Jet::constant(weight)];
-            take(piece((&[own, a, b, c], 1), both, &shares, padded(&-outward), 0.0));
+            take(piece((&[own, a, b, c], 1), both, &shares, -outward, 0.0));
         }
     }
 
-    /// Visits the gradients of a piece's gap times area and of its area, over the coordinates of its movers.
-    fn slopes(&self, piece: &Piece<D>, state: &State<D>, mut visit: impl FnMut(usize, f64, f64)) {
+    /// Visits the gradients of a piece's gap times area and of its area by the place of each of its movers.
+    fn slopes(&self, piece: &Piece, state: &State, mut visit: impl FnMut(usize, [Point<3>; 2])) {
+        let dim = self.law.dim;
         match (&piece.source, &state.opposite) {
             (Source::Here(of), _) => {
-                (0..of.slope.len()).for_each(|i| visit(i, of.slope[i], of.area_slope[i]));
+                for (k, (slope, area_slope)) in
+                    of.slope.chunks_exact(dim).zip(of.area_slope.chunks_exact(dim)).enumerate()
+                {
+                    visit(k, [three(slope), three(area_slope)]);
+                }
             }
             (&Source::Triangle { triangle, number, parts, shift }, Opposite::Space(laid)) => {
                 let found = &laid.slopes(triangle)[number];
                 let sum = |of: &[SVector<f64, { overlap::LOCAL }>; 3], i: usize| {
                     parts[0] * of[0][i] + parts[1] * of[1][i] + parts[2] * of[2][i]
                 };
-                for i in 0..overlap::LOCAL {
-                    let by_area = sum(&found.areas, i);
-                    visit(i, sum(&found.gaps, i) + by_area * shift, by_area);
+                for k in 0..MOST {
+                    let [mut slope, mut area_slope] = [Point::<3>::zeros(); 2];
+                    for i in 0..3 {
+                        area_slope[i] = sum(&found.areas, 3 * k + i);
+                        slope[i] = sum(&found.gaps, 3 * k + i) + area_slope[i] * shift;
+                    }
+                    visit(k, [slope, area_slope]);
                 }
             }
             _ => {}
@@ -555,12 +561,7 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// The derivatives of pieces over the points that their movers are means of, and over others.
-    pub(super) fn gathered(
-        &self,
-        pieces: &[Piece<D>],
-        others: impl Iterator<Item = u32>,
-        state: &State<D>,
-    ) -> Gathered {
+    pub(super) fn gathered(&self, pieces: &[Piece], others: impl Iterator<Item = u32>, state: &State) -> Gathered {
         let parts = |mover: u32| &self.movers.parts[mover as usize];
         let mut movers: Vec<u32> = Vec::new();
         for piece in pieces {
@@ -577,25 +578,22 @@ impl<const D: usize> PairContact<D> {
         points.extend(others);
         points.sort_unstable();
         points.dedup();
-        let place = |point: u32| points.partition_point(|&p| p < point) * D;
-        let size = points.len() * D;
+        let dim = self.law.dim;
+        let size = points.len() * dim;
         let mut found = Gathered { slope: vec![0.0; size], area_slope: vec![0.0; size], points: Vec::new() };
         // Over movers first, which many pieces share.
-        let mut over_movers = vec![[[0.0; D]; 2]; movers.len()];
+        let mut over_movers = vec![[Point::<3>::zeros(); 2]; movers.len()];
         for piece in pieces {
-            let places: [usize; MOST] = std::array::from_fn(|k| {
-                if k < piece.counts[0] { movers.partition_point(|&m| m < piece.movers[k]) } else { 0 }
-            });
-            self.slopes(piece, state, |i, slope, area_slope| {
-                let [slopes, area_slopes] = &mut over_movers[places[i / D]];
-                slopes[i % D] += slope;
-                area_slopes[i % D] += area_slope;
+            self.slopes(piece, state, |k, [slope, area_slope]| {
+                let own = &mut over_movers[movers.partition_point(|&m| m < piece.movers[k])];
+                own[0] += slope;
+                own[1] += area_slope;
             });
         }
         for (&mover, [slope, area_slope]) in movers.iter().zip(&over_movers) {
             for &(point, part) in parts(mover) {
-                let place = place(point);
-                for i in 0..D {
+                let place = points.partition_point(|&p| p < point) * dim;
+                for i in 0..dim {
                     found.slope[place + i] += part * slope[i];
                     found.area_slope[place + i] += part * area_slope[i];
                 }
@@ -606,11 +604,11 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// Adds the second derivatives of the gaps of trace functions times area, with a factor for each trace function whose pieces are given.
-    pub(super) fn add_curves(&self, pressed: &[(u32, f64, &[Piece<D>])], state: &State<D>, out: &mut Element) {
+    pub(super) fn add_curves(&self, pressed: &[(u32, f64, &[Piece])], state: &State, out: &mut Element) {
         for (_, factor, pieces) in pressed.iter().filter(|(_, factor, _)| *factor != 0.0) {
             for piece in *pieces {
                 if let Source::Here(Derivatives { curve, .. }) = &piece.source {
-                    self.add_curve(piece.movers(), *factor, curve.as_slice(), out);
+                    by_dim!(self.law.dim, D => self.add_curve::<D>(piece.movers(), *factor, curve, out));
                 }
             }
         }
@@ -627,13 +625,13 @@ impl<const D: usize> PairContact<D> {
             let [a, b, c] = faces.triangles[triangle].movers;
             for (number, facing) in laid.facing[triangle].iter().enumerate() {
                 let [d, e, f] = faces.triangles[facing.other as usize].movers;
-                self.add_curve(&[a, b, c, d, e, f], 1.0, laid.curve(triangle, number, factors).as_slice(), out);
+                self.add_curve::<3>(&[a, b, c, d, e, f], 1.0, laid.curve(triangle, number, factors).as_slice(), out);
             }
         }
     }
 
     /// Adds second derivatives over the coordinates of movers, by columns, times a factor.
-    fn add_curve(&self, movers: &[u32], factor: f64, curve: &[f64], out: &mut Element) {
+    fn add_curve<const D: usize>(&self, movers: &[u32], factor: f64, curve: &[f64], out: &mut Element) {
         let size = movers.len() * D;
         for (b, column) in movers.iter().enumerate() {
             for (a, row) in movers.iter().enumerate() {
@@ -650,19 +648,20 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// How a step that moves the movers changes the mean gap of pieces, times area.
-    pub(super) fn change(&self, pieces: &[Piece<D>], state: &State<D>, gap: f64, moves: &[Point<D>]) -> f64 {
+    pub(super) fn change(&self, pieces: &[Piece], state: &State, gap: f64, moves: &[Point<3>]) -> f64 {
         let mut change = 0.0;
         for piece in pieces {
-            self.slopes(piece, state, |i, slope, area_slope| {
-                change += (slope - gap * area_slope) * moves[piece.movers[i / D] as usize][i % D];
+            self.slopes(piece, state, |k, [slope, area_slope]| {
+                let moved = &moves[piece.movers[k] as usize];
+                (0..self.law.dim).for_each(|i| change += (slope[i] - gap * area_slope[i]) * moved[i]);
             });
         }
         change
     }
 
     /// How a step that moves the movers opens pieces whose overlaps stay as they are, times area.
-    pub(super) fn opening(&self, pieces: &[Piece<D>], moves: &[Point<D>]) -> f64 {
-        let of = |piece: &Piece<D>| {
+    pub(super) fn opening(&self, pieces: &[Piece], moves: &[Point<3>]) -> f64 {
+        let of = |piece: &Piece| {
             let along = |(mover, share): (u32, f64)| -share * piece.normal.dot(&moves[mover as usize]);
             piece.moving().map(along).sum::<f64>()
         };
@@ -670,14 +669,14 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// The faces at a state.
-    pub(super) fn now(&self, view: &View<'_>) -> Now<D> {
+    pub(super) fn now(&self, view: &View<'_>) -> Now {
         let held = self.law.has_friction().then(|| self.held(view.condensed));
         let since = self.moved_since(view.displacement, view.condensed);
         Now { state: self.laid(view.displacement), held, since }
     }
 
     /// What the law asks of a trace function, and the pieces of its gap.
-    pub(super) fn touch(&self, trace: usize, view: &View<'_>, now: &Now<D>) -> (Touch<D>, Vec<Piece<D>>) {
+    pub(super) fn touch(&self, trace: usize, view: &View<'_>, now: &Now) -> (Touch, Vec<Piece>) {
         let mut pieces = Vec::new();
         let overlap = self.overlap(trace, &now.state, view.load, |piece| pieces.push(piece));
         let slipping = now.slip(trace).map(|slip| Slipping {
@@ -691,7 +690,7 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// Gaps and forces at a state.
-    pub(crate) fn pressed(&self, view: &View<'_>) -> Pressed<D> {
+    pub(crate) fn pressed(&self, view: &View<'_>) -> Pressed {
         let now = self.now(view);
         let mut found = Pressed::new(self.traces);
         for trace in 0..self.carrying {
@@ -704,8 +703,8 @@ impl<const D: usize> PairContact<D> {
             let concentration = touch.area / touch.gap_area;
             let (pressure, traction) = (touch.pressure * concentration, touch.traction * concentration);
             for piece in pieces {
-                let mut pushes = [Point::<D>::zeros(); MOST];
-                self.slopes(&piece, &now.state, |i, slope, _| pushes[i / D][i % D] = pressure * slope);
+                let mut pushes = [Point::<3>::zeros(); MOST];
+                self.slopes(&piece, &now.state, |k, [slope, _]| pushes[k] = slope * pressure);
                 for (k, ((mover, share), push)) in piece.moving().zip(&pushes).enumerate() {
                     let force = push + traction * share;
                     for &(owner, part) in &self.movers.owners[mover as usize] {
@@ -724,7 +723,7 @@ impl<const D: usize> PairContact<D> {
             for &(point, weight) in &surface.traces[trace].points {
                 normal += surface.outward(point, view.displacement) * weight;
             }
-            let against = -padded::<D, 3>(&found.forces[all]).dot(&normal.normalize());
+            let against = -found.forces[all].dot(&normal.normalize());
             found.normal_forces[all] = against.max(0.0);
             found.active[all] = against > 0.0;
             found.slides[all] |= !self.law.has_friction();
@@ -744,7 +743,7 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// How deep the faces are in each other at rest, and where.
-    pub(crate) fn deepest_at_rest(&self, unknowns: usize) -> Option<(f64, Point<D>)> {
+    pub(crate) fn deepest_at_rest(&self, unknowns: usize) -> Option<(f64, Point<3>)> {
         let state = self.laid(&vec![0.0; unknowns]);
         // An interference is counted from the overlap that was measured: the gap itself starts at zero.
         let gap = |trace: usize| match self.law.interference {
@@ -757,25 +756,14 @@ impl<const D: usize> PairContact<D> {
 }
 
 /// Adds movers at the points whose facets are no triangles.
-fn add_loose<const D: usize>(
-    faces: &mut Faces,
-    contact_surface: &ContactSurface<D>,
-    place: impl Fn(u32) -> u16,
-    movers: &mut Movers<D>,
-) {
+fn add_loose(faces: &mut Faces, contact_surface: &ContactSurface, place: impl Fn(u32) -> u16, movers: &mut Movers) {
     let table = &contact_surface.table;
-    let mut owners: Vec<Vec<(u32, f64)>> = vec![Vec::new(); table.len()];
-    if !faces.loose.is_empty() {
-        for (k, trace) in contact_surface.traces.iter().enumerate() {
-            let own = |&(p, w): &(u32, f64)| owners[p as usize].push((k as u32, w / table.weights()[p as usize]));
-            trace.points.iter().for_each(own);
-        }
-    }
     for loose in &mut faces.loose {
         let point = loose.point as usize;
         let seen = table.nodes(point).iter().map(|&n| place(n));
         let combination = seen.zip(table.values(point).iter().copied()).collect();
         loose.mover = movers.rest.len() as u32;
-        movers.push(combination, table.positions()[point], std::mem::take(&mut owners[point]));
+        let owners = contact_surface.over[point].iter().map(|&(trace, w)| (trace, w / table.weights[point]));
+        movers.push(combination, table.positions[point], owners.collect());
     }
 }

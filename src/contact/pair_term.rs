@@ -1,5 +1,6 @@
 //! Contact of two parts as a term of the potential.
 
+use crate::compiled::by_dim;
 use crate::geometry::Point;
 use crate::term::{Coupling, Element, Form, Layout, Term, View};
 
@@ -8,17 +9,17 @@ use super::law::{Gradients, Touch};
 use super::pair::{Gathered, Now, PairContact, Piece, Slip};
 
 /// A trace function that touches.
-struct Touching<const D: usize> {
+struct Touching {
     trace: usize,
-    touch: Touch<D>,
-    pieces: Vec<Piece<D>>,
+    touch: Touch,
+    pieces: Vec<Piece>,
     /// Over the points that it presses on and, with friction, those that its slip is of.
     gathered: Gathered,
 }
 
-impl<const D: usize> Term for PairContact<D> {
+impl Term for PairContact {
     fn dim(&self) -> usize {
-        D
+        self.law.dim
     }
 
     // All trace functions see the same nodes.
@@ -35,7 +36,7 @@ impl<const D: usize> Term for PairContact<D> {
     }
 
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
-        let now = self.now(&view);
+        let (now, dim) = (self.now(&view), self.law.dim);
         let mut touching = Vec::new();
         for trace in 0..self.carrying {
             let (touch, pieces) = self.touch(trace, &view, &now);
@@ -50,26 +51,26 @@ impl<const D: usize> Term for PairContact<D> {
         }
         let lists = touching.iter().map(|touching| touching.gathered.points.as_slice());
         if out.with_matrix {
-            out.points.reset::<D>(self.motion.len(), lists);
-            let factor = |touching: &Touching<D>| -touching.touch.concentrated()[0].max(0.0);
+            out.points.reset(dim, self.motion.len(), lists);
+            let factor = |touching: &Touching| -touching.touch.concentrated()[0].max(0.0);
             let pressed = touching.iter().map(|touching| (touching.trace as u32, factor(touching), &*touching.pieces));
             self.add_curves(&pressed.collect::<Vec<_>>(), &now.state, out);
         }
         let (mut forces, mut squares) = (vec![0.0; out.residual.len()], 0.0);
         let mut own = Element::default();
         for touching in touching {
-            own.reset(touching.gathered.points.len() * D, out.with_matrix);
+            own.reset(touching.gathered.points.len() * dim, out.with_matrix);
             let slip = now.slip(touching.trace);
             let points = self.add_trace(touching, slip, &mut own);
             forces.fill(0.0);
             for (k, &point) in points.iter().enumerate() {
-                self.motion.add_force::<D>(point, &own.residual[k * D..][..D], &mut forces);
-                self.motion.add_force::<D>(point, &own.load_slope[k * D..][..D], &mut out.load_slope);
+                self.motion.add_force(point, &own.residual[k * dim..][..dim], &mut forces);
+                self.motion.add_force(point, &own.load_slope[k * dim..][..dim], &mut out.load_slope);
             }
             squares += forces.iter().map(|force| force * force).sum::<f64>();
             out.residual.iter_mut().zip(&forces).for_each(|(total, force)| *total += force);
             if out.with_matrix {
-                out.points.add::<D>(&points, &own.matrix);
+                by_dim!(dim, D => out.points.add::<D>(&points, &own.matrix));
             }
             out.coupling.extend(own.coupling.drain(..).map(|Coupling { left, right }| Coupling {
                 left: self.over_nodes(&points, &left, &mut forces),
@@ -82,7 +83,7 @@ impl<const D: usize> Term for PairContact<D> {
     fn advance(&self, _: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
         let (now, moves) = (self.now(&view), self.moves(step));
         let mut bound: f64 = 1.0;
-        for (trace, own) in condensed_step.chunks_exact_mut(self.law.stride(D)).enumerate() {
+        for (trace, own) in condensed_step.chunks_exact_mut(self.law.stride()).enumerate() {
             let part = self.advance_trace(trace, &view, &now, &moves, own);
             bound = if part.is_nan() { 0.0 } else { bound.min(part) };
         }
@@ -91,17 +92,18 @@ impl<const D: usize> Term for PairContact<D> {
 
     fn layout(&self) -> Layout {
         // Displacements of all nodes, from which slips are counted; without friction they do not matter.
-        let history = if self.law.has_friction() { self.nodes.len() * D } else { 0 };
+        let history = if self.law.has_friction() { self.nodes.len() * self.law.dim } else { 0 };
         Layout { unilateral: true, history, ..Layout::default() }
     }
 
     fn unknowns(&self, _: usize) -> std::ops::Range<usize> {
-        0..self.carrying * self.law.stride(D)
+        0..self.carrying * self.law.stride()
     }
 
     fn update(&self, view: View<'_>, next: &mut [f64]) {
-        for (&node, now) in self.nodes.iter().zip(next.chunks_exact_mut(D)) {
-            now.copy_from_slice(&view.displacement[node as usize * D..][..D]);
+        let dim = self.law.dim;
+        for (&node, now) in self.nodes.iter().zip(next.chunks_exact_mut(dim)) {
+            now.copy_from_slice(&view.displacement[node as usize * dim..][..dim]);
         }
     }
 
@@ -119,7 +121,7 @@ impl<const D: usize> Term for PairContact<D> {
             return;
         }
         let now = self.now(&view);
-        for (trace, own) in condensed_step.chunks_exact_mut(self.law.stride(D)).enumerate() {
+        for (trace, own) in condensed_step.chunks_exact_mut(self.law.stride()).enumerate() {
             self.touch(trace, &view, &now).0.advance_load(load_step, own);
         }
     }
@@ -134,23 +136,23 @@ impl<const D: usize> Term for PairContact<D> {
     }
 }
 
-impl<const D: usize> PairContact<D> {
+impl PairContact {
     /// Adds the forces and the matrix of a trace function over the coordinates of points, which are given back.
     fn add_trace(
         &self,
-        Touching { touch, gathered, .. }: Touching<D>,
-        slip: Option<&Slip<D>>,
+        Touching { touch, gathered, .. }: Touching,
+        slip: Option<&Slip>,
         out: &mut Element,
     ) -> Vec<u32> {
         // A ∇ḡ.
         let both = gathered.slope.iter().zip(&gathered.area_slope);
         let slope: Vec<f64> = both.map(|(s, a)| s - touch.gap * a).collect();
         let Gathered { points, area_slope, .. } = gathered;
-        let mut moves: Vec<(usize, Point<D>)> = Vec::new();
+        let mut moves: Vec<(usize, Point<3>)> = Vec::new();
         for &(point, value) in slip.iter().flat_map(|slip| &slip.weights) {
             let place = points.partition_point(|&p| p < point);
-            let along = |i: usize| Point::<D>::from_fn(|j, _| if i == j { touch.area * value } else { 0.0 });
-            moves.extend((0..D).map(|i| (place * D + i, along(i))));
+            let along = |i: usize| Point::<3>::from_fn(|j, _| if i == j { touch.area * value } else { 0.0 });
+            moves.extend((0..self.law.dim).map(|i| (place * self.law.dim + i, along(i))));
         }
         let factor = touch.concentrated()[0].max(0.0) / touch.gap_area;
         touch.add(&Gradients { slope, beside: area_slope, factor, square: 0.0 }, &moves, out);
@@ -159,10 +161,11 @@ impl<const D: usize> PairContact<D> {
 
     /// What a vector over the coordinates of points is over the unknowns of the nodes.
     fn over_nodes(&self, points: &[u32], of_points: &[(u32, f64)], buffer: &mut [f64]) -> Vec<(u32, f64)> {
+        let dim = self.law.dim;
         buffer.fill(0.0);
         for &(place, value) in of_points {
-            let (point, i) = (points[place as usize / D], place as usize % D);
-            self.motion.of(point).iter().for_each(|&(node, factor)| buffer[node as usize * D + i] += factor * value);
+            let (point, i) = (points[place as usize / dim], place as usize % dim);
+            self.motion.of(point).iter().for_each(|&(node, factor)| buffer[node as usize * dim + i] += factor * value);
         }
         let all = buffer.iter().enumerate().filter(|(_, value)| **value != 0.0);
         all.map(|(k, value)| (k as u32, *value)).collect()
@@ -174,8 +177,8 @@ impl<const D: usize> PairContact<D> {
         &self,
         trace: usize,
         view: &View<'_>,
-        now: &Now<D>,
-        moves: &[Point<D>],
+        now: &Now,
+        moves: &[Point<3>],
         condensed_step: &mut [f64],
     ) -> f64 {
         let (touch, pieces) = self.touch(trace, view, now);

@@ -2,22 +2,23 @@
 
 use std::sync::Arc;
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::Vector3;
 
 use crate::error::{Error, GeometryError, Invalid};
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::mesh::Mesh;
 use crate::solid::Solid3;
 use crate::term::Amplitude;
 
 use super::interference::{self, Interference};
+use super::surface::Padded;
 use super::turning::{Turned, Turning};
 use super::{Ball, Cone, ContactError, Cylinder, Nearest, Plane, Profile, Surface, Triangulated};
 
 /// How a rigid surface moves: by a vector times an amplitude, or along a unit vector, pushed by a force times an amplitude and free to move.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Drive<const D: usize> {
-    pub along: Point<D>,
+pub(crate) struct Drive {
+    pub along: Point<3>,
     pub force: Option<f64>,
     pub amplitude: Amplitude,
 }
@@ -33,15 +34,19 @@ pub(crate) struct Drive<const D: usize> {
 /// # let _ = (plate, shaft);
 /// ```
 #[derive(Clone)]
-pub struct RigidSurface<const D: usize> {
-    pub(crate) shape: Arc<dyn Surface<D>>,
-    pub(crate) name: String,
-    pub(crate) drive: Option<Drive<D>>,
-    pub(crate) turning: Option<Turning<D>>,
+pub struct RigidSurface<const D: usize>(pub(crate) Obstacle);
+
+/// What a rigid surface is, by three components.
+#[derive(Clone)]
+pub(crate) struct Obstacle {
+    pub shape: Arc<dyn Surface<3>>,
+    pub name: String,
+    pub drive: Option<Drive>,
+    pub turning: Option<Turning>,
     /// Where it has gone before the run \[length\].
-    pub(crate) start: Point<D>,
-    pub(crate) friction: f64,
-    pub(crate) interference: Option<Interference>,
+    start: Point<3>,
+    pub friction: f64,
+    pub interference: Option<Interference>,
     /// Whether it was given a motion and then a force, or the reverse; an angle and then a moment, or the reverse.
     driven_twice: bool,
     /// An amplitude of a turn that is not given yet.
@@ -50,12 +55,17 @@ pub struct RigidSurface<const D: usize> {
 
 /// A rigid surface at one load factor, as a point sees it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Placed<const D: usize> {
+pub(crate) struct Placed {
     /// Where the surface has gone \[length\].
-    pub offset: Point<D>,
+    pub offset: Point<3>,
     /// Its change with the load factor.
-    pub slope: Point<D>,
-    pub turned: Option<Turned<D>>,
+    pub slope: Point<3>,
+    pub turned: Option<Turned>,
+}
+
+/// Components as a vector of three.
+pub(crate) fn vector<const D: usize>(components: [f64; D]) -> Point<3> {
+    padded(&Point::from(components))
 }
 
 impl<const D: usize> RigidSurface<D> {
@@ -65,8 +75,8 @@ impl<const D: usize> RigidSurface<D> {
     }
 
     fn named_shape(shape: impl Surface<D> + 'static, name: &str) -> Self {
-        RigidSurface {
-            shape: Arc::new(shape),
+        RigidSurface(Obstacle {
+            shape: Arc::new(Padded::<D, _>(shape)),
             name: name.into(),
             drive: None,
             turning: None,
@@ -75,7 +85,7 @@ impl<const D: usize> RigidSurface<D> {
             interference: None,
             driven_twice: false,
             turn_to_come: None,
-        }
+        })
     }
 
     /// A plane through a point \[length\]; the rigid body lies behind it, opposite to the normal.
@@ -85,7 +95,7 @@ impl<const D: usize> RigidSurface<D> {
 
     /// The name by which results are requested.
     pub fn named(mut self, name: &str) -> Self {
-        self.name = name.into();
+        self.0.name = name.into();
         self
     }
 
@@ -96,36 +106,55 @@ impl<const D: usize> RigidSurface<D> {
 
     /// Moves by a vector \[length\] times an amplitude.
     pub fn moving_along(mut self, by: [f64; D], amplitude: Amplitude) -> Self {
-        self.driven_twice |= self.free_direction().is_some();
-        self.drive = Some(Drive { along: by.into(), force: None, amplitude });
+        self.0.drive(Drive { along: vector(by), force: None, amplitude });
         self
     }
 
     /// Is pushed by a force that grows with the load factor \[force; per unit thickness in plane strain\]: free to move along it,
     /// guided across.
-    pub fn pushed(self, force: [f64; D]) -> Self {
-        self.pushed_along(force, Amplitude::Ramp)
-    }
-
-    /// Is pushed by a force times an amplitude.
-    pub(crate) fn pushed_along(mut self, force: [f64; D], amplitude: Amplitude) -> Self {
-        let force = Point::<D>::from(force);
+    pub fn pushed(mut self, force: [f64; D]) -> Self {
+        let force = vector(force);
         let size = force.norm();
-        self.driven_twice |= self.drive.as_ref().is_some_and(|drive| drive.force.is_none());
-        self.drive = Some(Drive { along: force / size, force: Some(size), amplitude });
+        self.0.drive(Drive { along: force / size, force: Some(size), amplitude: Amplitude::Ramp });
         self
     }
 
     /// Coulomb's coefficient of friction.
     pub fn friction(mut self, coefficient: f64) -> Self {
-        self.friction = coefficient;
+        self.0.friction = coefficient;
         self
     }
 
     /// Lets the body begin inside the surface: the overlap is resolved while the load factor goes from 0 to `until`.
     pub fn interference(mut self, until: f64) -> Self {
-        self.interference = Some(Interference::new(until));
+        self.0.interference = Some(Interference::new(until));
         self
+    }
+
+    /// Lets the turn by `turning`, or the moment of `driven`, follow an amplitude in place of the load factor; given before or after it.
+    pub fn turning_along(mut self, amplitude: Amplitude) -> Self {
+        match &mut self.0.turning {
+            Some(turning) => turning.amplitude = amplitude,
+            None => self.0.turn_to_come = Some(amplitude),
+        }
+        self
+    }
+}
+
+impl Obstacle {
+    /// Gives it a motion or a force.
+    pub(crate) fn drive(&mut self, drive: Drive) {
+        self.driven_twice |=
+            self.drive.as_ref().is_some_and(|earlier| earlier.force.is_some() != drive.force.is_some());
+        self.drive = Some(drive);
+    }
+
+    /// Gives it an angle, or a moment where it is free to turn.
+    fn turn(&mut self, about: Point<3>, axis: Vector3<f64>, amount: f64, free: bool) {
+        let spin = axis.normalize().cross_matrix();
+        self.driven_twice |= self.turning.as_ref().is_some_and(|turning| turning.free != free);
+        let amplitude = self.turn_to_come.take().unwrap_or(Amplitude::Ramp);
+        self.turning = Some(Turning { about, spin, amount, amplitude, free, start: 0.0, axis: axis.norm() });
     }
 
     /// Refuses surfaces that bound no body and motions that are none.
@@ -167,7 +196,7 @@ impl<const D: usize> RigidSurface<D> {
     }
 
     /// The direction in which it is free, where it is.
-    pub(crate) fn free_direction(&self) -> Option<Point<D>> {
+    pub(crate) fn free_direction(&self) -> Option<Point<3>> {
         self.drive.as_ref().filter(|drive| drive.force.is_some()).map(|drive| drive.along)
     }
 
@@ -190,7 +219,7 @@ impl<const D: usize> RigidSurface<D> {
     }
 
     /// Where it has gone at a load factor; travel and angle are its own unknowns where it is pushed and free to turn.
-    pub(crate) fn placed(&self, load: f64, [travel, angle]: [f64; 2]) -> Placed<D> {
+    pub(crate) fn placed(&self, load: f64, [travel, angle]: [f64; 2]) -> Placed {
         let (by, slope) = match &self.drive {
             None => (Point::zeros(), Point::zeros()),
             Some(Drive { along, force: Some(_), .. }) => (along * travel, Point::zeros()),
@@ -219,9 +248,9 @@ impl<const D: usize> RigidSurface<D> {
     }
 }
 
-impl<const D: usize> Placed<D> {
+impl Placed {
     /// Gap, normal and curvature at a current position.
-    pub(crate) fn nearest(&self, shape: &dyn Surface<D>, x: &Point<D>) -> Nearest<D> {
+    pub(crate) fn nearest(&self, shape: &dyn Surface<3>, x: &Point<3>) -> Nearest<3> {
         let Some(turned) = &self.turned else { return shape.nearest(&(x - self.offset)) };
         let rotation = turned.rotation;
         let found = shape.nearest(&(turned.about + rotation.tr_mul(&self.arm(x))));
@@ -230,17 +259,17 @@ impl<const D: usize> Placed<D> {
     }
 
     /// From the axis to a current position.
-    pub(crate) fn arm(&self, x: &Point<D>) -> Point<D> {
+    pub(crate) fn arm(&self, x: &Point<3>) -> Point<3> {
         self.turned.as_ref().map_or_else(Point::zeros, |turned| x - self.offset - turned.about)
     }
 
     /// What a turn by a unit angle moves the surface by at the end of an arm.
-    pub(crate) fn spun(&self, arm: &Point<D>) -> Point<D> {
+    pub(crate) fn spun(&self, arm: &Point<3>) -> Point<3> {
         self.turned.as_ref().map_or_else(Point::zeros, |turned| turned.spin * arm)
     }
 
     /// How the surface moves with the load factor at the end of an arm.
-    pub(crate) fn rate(&self, arm: &Point<D>) -> Point<D> {
+    pub(crate) fn rate(&self, arm: &Point<3>) -> Point<3> {
         self.slope + self.spun(arm) * self.turned.as_ref().map_or(0.0, |turned| turned.rate)
     }
 
@@ -302,48 +331,32 @@ impl RigidSurface<3> {
     }
 }
 
-impl<const D: usize> RigidSurface<D> {
-    fn with_turning(mut self, about: Point<D>, axis: Vector3<f64>, amount: f64, free: bool) -> Self {
-        let cross = axis.normalize().cross_matrix();
-        let spin = SMatrix::from_fn(|i, j| cross[(i, j)]);
-        self.driven_twice |= self.turning.as_ref().is_some_and(|turning| turning.free != free);
-        let amplitude = self.turn_to_come.take().unwrap_or(Amplitude::Ramp);
-        self.turning = Some(Turning { about, spin, amount, amplitude, free, start: 0.0, axis: axis.norm() });
-        self
-    }
-
-    /// Lets the turn by `turning`, or the moment of `driven`, follow an amplitude in place of the load factor; given before or after it.
-    pub fn turning_along(mut self, amplitude: Amplitude) -> Self {
-        match &mut self.turning {
-            Some(turning) => turning.amplitude = amplitude,
-            None => self.turn_to_come = Some(amplitude),
-        }
-        self
-    }
-}
-
 impl RigidSurface<2> {
     /// Turns about a point, which moves with the surface, by an angle \[rad\], counter-clockwise, while the load factor goes from 0 to 1.
-    pub fn turning(self, about: [f64; 2], angle: f64) -> Self {
-        self.with_turning(about.into(), Vector3::z(), angle, false)
+    pub fn turning(mut self, about: [f64; 2], angle: f64) -> Self {
+        self.0.turn(vector(about), Vector3::z(), angle, false);
+        self
     }
 
     /// Is free to turn about a point, which moves with the surface, under a moment that grows with the load factor \[force·length per
     /// unit thickness\]; without one it tilts until its moment vanishes.
-    pub fn driven(self, about: [f64; 2], moment: f64) -> Self {
-        self.with_turning(about.into(), Vector3::z(), moment, true)
+    pub fn driven(mut self, about: [f64; 2], moment: f64) -> Self {
+        self.0.turn(vector(about), Vector3::z(), moment, true);
+        self
     }
 }
 
 impl RigidSurface<3> {
     /// Turns about an axis through a point, which moves with the surface, by an angle \[rad\] while the load factor goes from 0 to 1.
-    pub fn turning(self, about: [f64; 3], axis: [f64; 3], angle: f64) -> Self {
-        self.with_turning(about.into(), axis.into(), angle, false)
+    pub fn turning(mut self, about: [f64; 3], axis: [f64; 3], angle: f64) -> Self {
+        self.0.turn(about.into(), axis.into(), angle, false);
+        self
     }
 
     /// Is free to turn about an axis through a point, which moves with the surface, under a moment that grows with the load factor
     /// \[force·length\]; without one it tilts until its moment vanishes.
-    pub fn driven(self, about: [f64; 3], axis: [f64; 3], moment: f64) -> Self {
-        self.with_turning(about.into(), axis.into(), moment, true)
+    pub fn driven(mut self, about: [f64; 3], axis: [f64; 3], moment: f64) -> Self {
+        self.0.turn(about.into(), axis.into(), moment, true);
+        self
     }
 }

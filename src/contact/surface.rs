@@ -1,9 +1,9 @@
 //! Rigid surfaces: signed distance, normal and curvature at a point.
 
-use nalgebra::SMatrix;
+use nalgebra::{Matrix3, SMatrix};
 
 use crate::error::GeometryError;
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 
 /// Where a point stands beside a rigid surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,5 +71,29 @@ pub trait Surface<const D: usize>: Send + Sync {
     /// What is wrong with it.
     fn validate(&self) -> Result<(), GeometryError> {
         Ok(())
+    }
+}
+
+/// A surface by three components, whatever its dimension is.
+pub(super) struct Padded<const D: usize, S>(pub S);
+
+impl<const D: usize, S: Surface<D>> Surface<3> for Padded<D, S> {
+    fn nearest(&self, x: &Point<3>) -> Nearest<3> {
+        let found = self.0.nearest(&padded(x));
+        let mut curvature = Matrix3::zeros();
+        for i in 0..D.min(3) {
+            for j in 0..D.min(3) {
+                curvature[(i, j)] = found.curvature[(i, j)];
+            }
+        }
+        Nearest { gap: found.gap, normal: padded(&found.normal), curvature, passed_end: found.passed_end }
+    }
+
+    fn depth(&self) -> f64 {
+        self.0.depth()
+    }
+
+    fn validate(&self) -> Result<(), GeometryError> {
+        self.0.validate()
     }
 }

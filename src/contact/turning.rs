@@ -1,6 +1,6 @@
 //! Rigid surfaces that turn about an axis.
 
-use nalgebra::SMatrix;
+use nalgebra::Matrix3;
 
 use crate::error::Invalid;
 use crate::geometry::Point;
@@ -8,11 +8,11 @@ use crate::term::Amplitude;
 
 /// How a rigid surface turns: by a given angle, or free under a given moment.
 #[derive(Debug, Clone)]
-pub(crate) struct Turning<const D: usize> {
+pub(crate) struct Turning {
     /// A point of the axis \[length\].
-    pub about: Point<D>,
+    pub about: Point<3>,
     /// $\hat\omega$: what a turn by a unit angle moves a point by is $\hat\omega\,(x - x_0)$.
-    pub spin: SMatrix<f64, D, D>,
+    pub spin: Matrix3<f64>,
     /// The angle where it is given, else the moment.
     pub amount: f64,
     pub amplitude: Amplitude,
@@ -25,18 +25,18 @@ pub(crate) struct Turning<const D: usize> {
 
 /// A surface that has turned.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Turned<const D: usize> {
-    pub about: Point<D>,
-    pub spin: SMatrix<f64, D, D>,
-    pub rotation: SMatrix<f64, D, D>,
+pub(crate) struct Turned {
+    pub about: Point<3>,
+    pub spin: Matrix3<f64>,
+    pub rotation: Matrix3<f64>,
     pub angle: f64,
     /// Change of the angle with the load factor.
     pub rate: f64,
 }
 
-impl<const D: usize> Turning<D> {
+impl Turning {
     /// At a load factor; `angle` is its own unknown where it is free.
-    pub(crate) fn at(&self, load: f64, angle: f64) -> Turned<D> {
+    pub(crate) fn at(&self, load: f64, angle: f64) -> Turned {
         let (angle, rate) = if self.free {
             (angle, 0.0)
         } else {
@@ -45,7 +45,7 @@ impl<const D: usize> Turning<D> {
         };
         let (sine, cosine) = angle.sin_cos();
         // Rodrigues.
-        let rotation = SMatrix::identity() + self.spin * sine + self.spin * self.spin * (1.0 - cosine);
+        let rotation = Matrix3::identity() + self.spin * sine + self.spin * self.spin * (1.0 - cosine);
         Turned { about: self.about, spin: self.spin, rotation, angle, rate }
     }
 

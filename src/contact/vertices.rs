@@ -10,17 +10,17 @@ pub(super) type Combination = Vec<(u16, f64)>;
 
 /// Points that move with the body, each a combination of displacements or the mean of some, and whose force goes to which trace functions.
 #[derive(Default)]
-pub(super) struct Movers<const D: usize> {
+pub(super) struct Movers {
     /// None of what is a mean.
     pub combinations: Vec<Combination>,
-    pub rest: Vec<Point<D>>,
+    pub rest: Vec<Point<3>>,
     pub owners: Vec<Vec<(u32, f64)>>,
     /// For each the points that it is the mean of, with its parts: itself where it is none.
     pub parts: Vec<Vec<(u32, f64)>>,
 }
 
-impl<const D: usize> Movers<D> {
-    pub(crate) fn push(&mut self, combination: Combination, rest: Point<D>, owners: Vec<(u32, f64)>) {
+impl Movers {
+    pub(crate) fn push(&mut self, combination: Combination, rest: Point<3>, owners: Vec<(u32, f64)>) {
         self.parts.push(vec![(self.rest.len() as u32, 1.0)]);
         self.combinations.push(combination);
         self.rest.push(rest);
@@ -38,7 +38,7 @@ impl<const D: usize> Movers<D> {
         if self.parts.last() == Some(&parts) {
             return self.parts.len() as u32 - 1;
         }
-        let rest = of.iter().map(|&k| self.rest[k as usize]).sum::<Point<D>>() * part;
+        let rest = of.iter().map(|&k| self.rest[k as usize]).sum::<Point<3>>() * part;
         let mut owners = Vec::new();
         for &k in of {
             for &(trace, value) in &self.owners[k as usize] {
@@ -58,22 +58,22 @@ const SWEEPS: usize = 1000;
 const AT_REST: f64 = 1e-13;
 
 /// What the vertices of a face are made of.
-pub(super) struct Means<const D: usize> {
+pub(super) struct Means {
     /// Reference positions of the means under the trace functions.
-    at: Vec<Point<D>>,
+    at: Vec<Point<3>>,
     /// For each trace function those that it shares points with, and $t_{KL}$.
     shared: Vec<Vec<(u32, f64)>>,
 }
 
-impl<const D: usize> Means<D> {
-    pub(crate) fn of(contact_surface: &ContactSurface<D>, positions: &[Point<D>]) -> Self {
+impl Means {
+    pub(crate) fn of(contact_surface: &ContactSurface, positions: &[Point<3>]) -> Self {
         let mut at = Vec::with_capacity(contact_surface.traces.len());
         for trace in &contact_surface.traces {
-            let mean = |&(point, weight): &(u32, f64)| contact_surface.table.positions()[point as usize] * weight;
-            at.push(trace.points.iter().map(mean).sum::<Point<D>>() / trace.area);
+            let mean = |&(point, weight): &(u32, f64)| contact_surface.table.positions[point as usize] * weight;
+            at.push(trace.points.iter().map(mean).sum::<Point<3>>() / trace.area);
         }
         let mut shared: Vec<Vec<(u32, f64)>> = vec![Vec::new(); contact_surface.traces.len()];
-        for (traces, weight) in contact_surface.over.iter().zip(contact_surface.table.weights()) {
+        for (traces, weight) in contact_surface.over.iter().zip(&contact_surface.table.weights) {
             for &(k, mine) in traces {
                 for &(l, its) in traces.iter().filter(|(l, _)| *l != k) {
                     let list = &mut shared[k as usize];
@@ -84,7 +84,7 @@ impl<const D: usize> Means<D> {
                 }
             }
         }
-        let particles: Vec<Point<D>> =
+        let particles: Vec<Point<3>> =
             contact_surface.traces.iter().map(|trace| positions[trace.particle as usize]).collect();
         for (k, list) in shared.iter_mut().enumerate() {
             for (l, both) in list {
@@ -93,24 +93,24 @@ impl<const D: usize> Means<D> {
             }
         }
         let mut means = Means { at, shared };
-        if D == 3 {
+        if contact_surface.table.dim == 3 {
             means.bring_to(contact_surface, &particles);
         }
         means
     }
 
     /// Changes $t_{KL}$ by least squares, symmetrically, so that vertices lie at the particles along flat faces.
-    fn bring_to(&mut self, contact_surface: &ContactSurface<D>, particles: &[Point<D>]) {
-        let normals: Vec<Point<D>> = contact_surface.traces.iter().map(|trace| contact_surface.normal(trace)).collect();
-        let along = |k: usize, v: Point<D>| v - normals[k] * normals[k].dot(&v);
+    fn bring_to(&mut self, contact_surface: &ContactSurface, particles: &[Point<3>]) {
+        let normals: Vec<Point<3>> = contact_surface.traces.iter().map(|trace| contact_surface.normal(trace)).collect();
+        let along = |k: usize, v: Point<3>| v - normals[k] * normals[k].dot(&v);
         // Pairs in one direction, with the means' distance times t: changes count in parts of t.
-        let mut pairs: Vec<(usize, usize, Point<D>)> = Vec::new();
+        let mut pairs: Vec<(usize, usize, Point<3>)> = Vec::new();
         for (k, list) in self.shared.iter().enumerate() {
             let after = list.iter().filter(|entry| entry.0 as usize > k);
             pairs.extend(after.map(|&(l, t)| (k, l as usize, (self.at[k] - self.at[l as usize]) * t)));
         }
         let moved = |parts: &[f64]| {
-            let mut sums = vec![Point::<D>::zeros(); particles.len()];
+            let mut sums = vec![Point::<3>::zeros(); particles.len()];
             for (&(k, l, way), part) in pairs.iter().zip(parts) {
                 sums[k] += along(k, way * *part);
                 sums[l] -= along(l, way * *part);
@@ -118,12 +118,12 @@ impl<const D: usize> Means<D> {
             sums
         };
         let all = moved(&vec![1.0; pairs.len()]);
-        let mut missing: Vec<Point<D>> = (contact_surface.traces.iter().zip(particles).zip(&self.at))
+        let mut missing: Vec<Point<3>> = (contact_surface.traces.iter().zip(particles).zip(&self.at))
             .enumerate()
             .map(|(k, ((trace, x), mean))| along(k, (x - mean) * trace.area) - all[k])
             .collect();
         // Conjugate gradients for least squares.
-        let answer = |left: &[Point<D>]| -> Vec<f64> {
+        let answer = |left: &[Point<3>]| -> Vec<f64> {
             pairs.iter().map(|&(k, l, way)| way.dot(&along(k, left[k])) - way.dot(&along(l, left[l]))).collect()
         };
         let square = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
@@ -155,17 +155,17 @@ impl<const D: usize> Means<D> {
     /// The vertex of a trace function as a combination of displacements, and where it is at rest.
     pub(crate) fn vertex(
         &self,
-        contact_surface: &ContactSurface<D>,
+        contact_surface: &ContactSurface,
         trace: usize,
         place: impl Fn(u32) -> u16,
-    ) -> (Combination, Point<D>) {
+    ) -> (Combination, Point<3>) {
         let mut parts = vec![(trace, 1.0)];
         for &(other, both) in &self.shared[trace] {
             let part = both / contact_surface.traces[trace].area;
             parts[0].1 += part;
             parts.push((other as usize, -part));
         }
-        let (mut combination, mut rest) = (Combination::new(), Point::<D>::zeros());
+        let (mut combination, mut rest) = (Combination::new(), Point::<3>::zeros());
         for (k, part) in parts {
             let of = &contact_surface.traces[k];
             rest += self.at[k] * part;

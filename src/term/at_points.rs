@@ -70,9 +70,9 @@ impl PointMotion {
     }
 
     /// Adds what a force on a point is on the nodes.
-    pub(crate) fn add_force<const D: usize>(&self, point: u32, force: &[f64], out: &mut [f64]) {
+    pub(crate) fn add_force(&self, point: u32, force: &[f64], out: &mut [f64]) {
         for &(place, factor) in self.of(point) {
-            let target = &mut out[place as usize * D..][..D];
+            let target = &mut out[place as usize * force.len()..][..force.len()];
             target.iter_mut().zip(force).for_each(|(target, force)| *target += factor * force);
         }
     }
@@ -136,7 +136,7 @@ impl PointMatrix {
     }
 
     /// Zeros over so many points, of which those of each list are coupled.
-    pub(crate) fn reset<'a, const D: usize>(&mut self, count: usize, lists: impl Iterator<Item = &'a [u32]> + Clone) {
+    pub(crate) fn reset<'a>(&mut self, dim: usize, count: usize, lists: impl Iterator<Item = &'a [u32]> + Clone) {
         let mut holders: Vec<Vec<u32>> = vec![Vec::new(); count];
         for (k, list) in lists.clone().enumerate() {
             list.iter().for_each(|&point| holders[point as usize].push(k as u32));
@@ -157,7 +157,7 @@ impl PointMatrix {
             self.first.push(self.rows.len());
         }
         self.values.clear();
-        self.values.resize(self.rows.len() * D * D, 0.0);
+        self.values.resize(self.rows.len() * dim * dim, 0.0);
     }
 
     /// The block of two points that are coupled.
@@ -199,7 +199,7 @@ mod tests {
         let motion = PointMotion::new(of_points, nodes);
         let lists: [&[u32]; 2] = [&[0, 1], &[1, 2, 3]];
         let mut matrix = PointMatrix::default();
-        matrix.reset::<D>(points, lists.iter().copied());
+        matrix.reset(D, points, lists.iter().copied());
         let mut dense = vec![vec![0.0; points * D]; points * D];
         for list in lists {
             let size = list.len() * D;

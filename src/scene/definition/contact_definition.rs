@@ -2,21 +2,21 @@
 
 use std::sync::Arc;
 
-use crate::contact::{ContactSurface, Interference, PairContact, RigidContact, RigidSurface, Trace, validate};
+use crate::contact::{ContactSurface, Interference, Obstacle, PairContact, RigidContact, Trace, validate};
 use crate::error::{Error, GeometryError};
-use crate::geometry::Point;
+use crate::geometry::{Point, unit};
 use crate::term::View;
 
 use super::place::Place;
 
 /// Called for each direction in which contact blocks motion: the trace function, one of the other part, its place, the direction.
-type BarVisitor<'a, const D: usize> = dyn FnMut(&Trace, Option<&Trace>, &Point<D>, &Point<D>) + 'a;
+type BarVisitor<'a> = dyn FnMut(&Trace, Option<&Trace>, &Point<3>, &Point<3>) + 'a;
 
 /// A part of the body and the rigid surface that it may touch.
 #[derive(Clone)]
 pub(crate) struct ContactDefinition<const D: usize> {
     pub place: Place<D>,
-    pub surface: RigidSurface<D>,
+    pub surface: Obstacle,
 }
 
 impl<const D: usize> ContactDefinition<D> {
@@ -77,31 +77,31 @@ impl<const D: usize> ContactPair<D> {
 }
 
 /// A contact in a problem.
-pub(crate) struct Contact<const D: usize> {
+pub(crate) struct Contact {
     /// The name of its surface.
     pub name: String,
     /// Its place among the terms.
     pub term: usize,
-    pub law: Law<D>,
+    pub law: Law,
 }
 
 /// What it touches.
-pub(crate) enum Law<const D: usize> {
-    Rigid(Arc<RigidContact<D>>),
+pub(crate) enum Law {
+    Rigid(Arc<RigidContact>),
     /// Two parts, and whether they are in the other order than named.
-    Pair(Arc<PairContact<D>>, bool),
+    Pair(Arc<PairContact>, bool),
 }
 
-impl<const D: usize> Law<D> {
+impl Law {
     /// The faces of the bodies, that which carries the pressures first.
-    pub(crate) fn surfaces(&self) -> &[ContactSurface<D>] {
+    pub(crate) fn surfaces(&self) -> &[ContactSurface] {
         match self {
             Law::Rigid(law) => std::slice::from_ref(&law.contact_surface),
             Law::Pair(law, _) => &law.contact_surfaces,
         }
     }
 
-    pub(crate) fn rigid(&self) -> Option<&RigidContact<D>> {
+    pub(crate) fn rigid(&self) -> Option<&RigidContact> {
         match self {
             Law::Rigid(law) => Some(law),
             Law::Pair(..) => None,
@@ -124,7 +124,7 @@ impl<const D: usize> Law<D> {
     /// motion there: vectors whose squares, over the directions that are blocked alike, add up to one. Without friction, or where it
     /// is not to count, that is the normal direction. The direction in which a surface is pushed is left out, and so is contact within one part.
     /// A surface that turns freely is treated as one that does not turn.
-    pub(crate) fn bars(&self, rest: &[f64], friction: bool, visit: &mut BarVisitor<'_, D>) {
+    pub(crate) fn bars(&self, rest: &[f64], friction: bool, visit: &mut BarVisitor<'_>) {
         let (surface, opposite) = match self.surfaces() {
             [surface, other] => (surface, other.traces.first()),
             surfaces => (&surfaces[0], None),
@@ -137,18 +137,18 @@ impl<const D: usize> Law<D> {
         let free = rigid.and_then(|law| law.surface.free_direction());
         let total: f64 = surface.traces.iter().map(|trace| trace.area).sum();
         for (k, trace) in surface.traces.iter().enumerate() {
-            let mut x = Point::<D>::zeros();
+            let mut x = Point::<3>::zeros();
             for &(point, weight) in &trace.points {
-                x += surface.table.positions()[point as usize] * (weight / trace.area);
+                x += surface.table.positions[point as usize] * (weight / trace.area);
             }
             let share = (trace.area / total).sqrt();
-            let mut less = |direction: Point<D>| {
+            let mut less = |direction: Point<3>| {
                 let along = free.map_or_else(Point::zeros, |free| free * direction.dot(&free));
                 visit(trace, opposite, &x, &((direction - along) * share));
             };
             match rigid {
                 _ if friction && self.has_friction() => {
-                    (0..D).for_each(|axis| less(Point::from_fn(|i, _| f64::from(u8::from(i == axis)))));
+                    (0..surface.table.dim).for_each(|axis| less(unit(axis)));
                 }
                 Some(law) => less(law.local_contact(k, &view, |_, _, _| {}).normal),
                 None => less(surface.normal(trace)),

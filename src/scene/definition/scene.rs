@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::cells::Cells;
+use crate::contact::{Drive, vector};
 use crate::geometry::{Domain, Part};
 use crate::kinematics::Kinematics;
 use crate::material::Material;
@@ -183,7 +184,9 @@ impl<const D: usize> Scene<D> {
     /// The same with the rigid surface of a name moving on by a vector \[length\] from where it is.
     pub fn move_on(mut self, name: &str, by: [f64; D]) -> Self {
         match self.contacts.iter_mut().find(|contact| contact.surface.name == name) {
-            Some(contact) => contact.surface = contact.surface.clone().moving(by),
+            Some(contact) => {
+                contact.surface.drive(Drive { along: vector(by), force: None, amplitude: Amplitude::Ramp });
+            }
             None => self.absent.push(name.to_string()),
         }
         self

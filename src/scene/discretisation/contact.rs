@@ -9,7 +9,7 @@ use crate::contact::{
     ArtificialSpring, ContactError, ContactLaw, ContactSurface, PairContact, RigidBodyDof, RigidContact, Stiffness,
 };
 use crate::error::{Error, Incompatible};
-use crate::geometry::{Point, RigidMode};
+use crate::geometry::{Point, RigidMode, padded};
 use crate::material::Material;
 use crate::shape::FiniteElements;
 use crate::table::ShapeTable;
@@ -18,7 +18,7 @@ use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
 use super::sharing::Sharing;
 use crate::scene::Problem;
-use crate::scene::definition::contact_definition::{Contact, ContactDefinition, ContactPair, Law};
+use crate::scene::definition::contact_definition::{Contact, ContactPair, Law};
 use crate::scene::definition::place::{Place, Spot};
 use crate::scene::definition::scene::Scene;
 use crate::scene::definition::source::{BodyCells, BodyOf};
@@ -48,7 +48,7 @@ pub(crate) fn add<const D: usize>(
     volume: f64,
     contact_surfaces: ContactSurfaces<'_, D>,
     model: &mut Model,
-) -> Result<Vec<Contact<D>>, Error> {
+) -> Result<Vec<Contact>, Error> {
     let mut contacts = Vec::new();
     if scene.contacts.is_empty() && scene.contact_pairs.is_empty() {
         return Ok(contacts);
@@ -64,16 +64,15 @@ pub(crate) fn add<const D: usize>(
     let particles = positions.len();
     let mut next = particles;
     for contact in &scene.contacts {
-        let (cells, table) = facets_of(&contact.place, || contact.label(), contact_surfaces)?;
         let rigid_dof = contact.surface.is_free().then(|| {
             next += 1;
             next as u32 - 1
         });
-        let contact_surface = ContactSurface::new(&cells, table, rigid_dof)?;
+        let contact_surface = facets_of(&contact.place, || contact.label(), contact_surfaces, rigid_dof)?;
         let law = RigidContact::new(contact_surface, contact.surface.clone(), rigid_dof, Stiffness::of(shear, bulk));
         if scene.started.is_none() {
             if law.law.interference.is_none() {
-                looks_at(&law, model.unknowns(), contact)?;
+                looks_at(&law, model.unknowns(), || contact.label())?;
             }
             let deepest = deepest(&law, model.unknowns(), 0.0);
             starts_right(deepest, &law.contact_surface, law.law.interference.is_some(), || contact.label())?;
@@ -103,7 +102,7 @@ pub(crate) fn add<const D: usize>(
         || !scene.contact_pairs.is_empty()
         || !holds(equations, &model.points::<D>(), !scene.kinematics.hoop_components().is_empty())
     {
-        model.add_replicated(Arc::new(artificial_spring(&model.points::<D>(), volume, shear)));
+        model.add_replicated(Arc::new(artificial_spring(model, volume, shear)));
     }
     Ok(contacts)
 }
@@ -116,32 +115,19 @@ fn pair<const D: usize>(
     stiffness: Stiffness,
     contact_surfaces: ContactSurfaces<'_, D>,
     model: &mut Model,
-) -> Result<Contact<D>, Error> {
+) -> Result<Contact, Error> {
     let label = || format!("contact {}", contact_pair.name);
-    let mut found = vec![facets_of(&contact_pair.first, label, contact_surfaces)?];
+    let mut faces = vec![facets_of(&contact_pair.first, label, contact_surfaces, None)?];
     if let Some(second) = &contact_pair.second {
         let [first, other] = [&contact_pair.first, second].map(|place| scene.resolve(place));
         if first.takes_in(&other) && other.takes_in(&first) {
             return Err(ContactError::SameFace { contact: label(), place: second.to_string() }.into());
         }
-        found.push(facets_of(second, label, contact_surfaces)?);
+        faces.push(facets_of(second, label, contact_surfaces, None)?);
     }
-    let mut swapped = found.len() > 1 && carries(&found[1].0, &found[0].0);
-    if swapped {
-        found.reverse();
-    }
-    let settings = || ContactLaw::new(stiffness, contact_pair.friction, contact_pair.interference);
-    let mut law = between(&found, positions, settings(), contact_pair)?;
-    if law.has_cut_facets() && found.len() > 1 {
-        // Nothing can be pressed against this face, but it may be pressed against the other one.
-        swapped = !swapped;
-        found.reverse();
-        law = between(&found, positions, settings(), contact_pair)?;
-    }
-    if law.has_cut_facets() {
-        let remedy = "mesh the body that is pressed against, or press it against a rigid surface";
-        return Err(Incompatible::new("contact against a deformable face", "facets cut from a lattice", remedy).into());
-    }
+    let law = ContactLaw::new(D, stiffness, contact_pair.friction, contact_pair.interference);
+    let positions: Vec<Point<3>> = positions.iter().map(padded).collect();
+    let (law, swapped) = between(faces, &positions, &law, &label)?;
     let deepest = law.deepest_at_rest(model.unknowns());
     starts_right(deepest, &law.contact_surfaces[0], law.law.interference.is_some(), label)?;
     let law = Arc::new(law);
@@ -151,18 +137,15 @@ fn pair<const D: usize>(
     Ok(contact)
 }
 
-/// The contact of one face, or of two of which the first carries the pressures.
-fn between<const D: usize>(
-    found: &[Face<D>],
-    positions: &[Point<D>],
-    law: ContactLaw,
-    contact_pair: &ContactPair<D>,
-) -> Result<PairContact<D>, Error> {
-    let faces: Vec<&BoundaryCells<D>> = found.iter().map(|face| &face.0).collect();
-    let contact_surface = |face: &Face<D>| ContactSurface::new(&face.0, face.1.clone(), None);
-    let surfaces: Vec<ContactSurface<D>> = found.iter().map(contact_surface).collect::<Result<_, _>>()?;
+/// The contact of one face, or of two, and whether the second of these carries the pressures.
+fn between(
+    mut faces: Vec<ContactSurface>,
+    positions: &[Point<3>],
+    law: &ContactLaw,
+    label: &dyn Fn() -> String,
+) -> Result<(PairContact, bool), Error> {
     let mut nodes: Vec<u32> = Vec::new();
-    for surface in &surfaces {
+    for surface in &faces {
         for trace in &surface.traces {
             nodes.extend_from_slice(&trace.nodes);
         }
@@ -171,19 +154,35 @@ fn between<const D: usize>(
     nodes.dedup();
     let (particles, most) = (nodes.len(), usize::from(u16::MAX));
     if particles > most {
-        let contact = format!("contact {}", contact_pair.name);
-        return Err(ContactError::TooManyParticles { contact, particles, most }.into());
+        return Err(ContactError::TooManyParticles { contact: label(), particles, most }.into());
     }
-    Ok(PairContact::new(surfaces, nodes, &faces, positions, law))
+    let two = faces.len() > 1;
+    let mut swapped = two && carries(&faces[1], &faces[0]);
+    if swapped {
+        faces.reverse();
+    }
+    let mut pair = PairContact::new(faces, nodes, positions, law.clone());
+    if pair.has_cut_facets() && two {
+        // Nothing can be pressed against this face, but it may be pressed against the other one.
+        let (mut faces, nodes) = (pair.contact_surfaces, pair.nodes);
+        faces.reverse();
+        swapped = !swapped;
+        pair = PairContact::new(faces, nodes, positions, law.clone());
+    }
+    if pair.has_cut_facets() {
+        let remedy = "mesh the body that is pressed against, or press it against a rigid surface";
+        return Err(Incompatible::new("contact against a deformable face", "facets cut from a lattice", remedy).into());
+    }
+    Ok((pair, swapped))
 }
 
 /// Whether a face is to carry the pressures rather than another one: the smaller one, whose trace functions lie on the other one as a whole;
 /// of two that differ by less than a facet the finer one.
-fn carries<const D: usize>(face: &BoundaryCells<D>, other: &BoundaryCells<D>) -> bool {
-    let size = |face: &BoundaryCells<D>| (face.points.weights.iter().sum::<f64>(), face.points.groups.len());
-    let ((area, facets), (its_area, its_facets)) = (size(face), size(other));
-    let alike = (area - its_area).abs() * (facets.max(its_facets) as f64) < area.max(its_area);
-    if alike { facets > its_facets } else { area < its_area }
+fn carries(face: &ContactSurface, other: &ContactSurface) -> bool {
+    let [facets, its_facets] = [face, other].map(|face| face.table.clusters.len());
+    let most = facets.max(its_facets) as f64;
+    let alike = (face.area - other.area).abs() * most < face.area.max(other.area);
+    if alike { facets > its_facets } else { face.area < other.area }
 }
 
 /// Cosine of the angle between the outward normals of a part and of the surface nearest to it above which they look the same
@@ -191,25 +190,22 @@ fn carries<const D: usize>(face: &BoundaryCells<D>, other: &BoundaryCells<D>) ->
 const SAME_WAY: f64 = 0.5;
 
 /// Refuses a surface that no facet of the part looks at: it would be met from behind, through the body.
-fn looks_at<const D: usize>(
-    law: &RigidContact<D>,
-    unknowns: usize,
-    contact: &ContactDefinition<D>,
-) -> Result<(), Error> {
+fn looks_at(law: &RigidContact, unknowns: usize, label: impl Fn() -> String) -> Result<(), Error> {
     let placed = law.placed(&vec![0.0; unknowns], 0.0);
-    let (positions, normals) = (law.contact_surface.table.positions(), law.contact_surface.table.normals());
+    let table = &law.contact_surface.table;
     let away =
-        |(x, normal): (&Point<D>, &Point<D>)| placed.nearest(&*law.surface.shape, x).normal.dot(normal) > SAME_WAY;
-    if !positions.is_empty() && positions.iter().zip(normals).all(away) {
-        return Err(ContactError::FacesAway { contact: contact.label(), at: positions[0].as_slice().to_vec() }.into());
+        |(x, normal): (&Point<3>, &Point<3>)| placed.nearest(&*law.surface.shape, x).normal.dot(normal) > SAME_WAY;
+    if table.len() > 0 && table.positions.iter().zip(&table.normals).all(away) {
+        let at = law.contact_surface.coordinates(&table.positions[0]);
+        return Err(ContactError::FacesAway { contact: label(), at }.into());
     }
     Ok(())
 }
 
 /// Refuses a body that begins inside what it may touch, and an interference of what begins apart.
-fn starts_right<const D: usize>(
-    deepest: Option<(f64, Point<D>)>,
-    surface: &ContactSurface<D>,
+fn starts_right(
+    deepest: Option<(f64, Point<3>)>,
+    surface: &ContactSurface,
     fitted: bool,
     label: impl Fn() -> String,
 ) -> Result<(), Error> {
@@ -217,7 +213,7 @@ fn starts_right<const D: usize>(
     let spacing = surface.traces.iter().map(|trace| trace.width).fold(0.0, f64::max);
     match deepest {
         Some((depth, at)) if !fitted && depth > SLACK * spacing => {
-            Err(ContactError::Penetrates { contact: label(), depth, at: at.as_slice().to_vec() }.into())
+            Err(ContactError::Penetrates { contact: label(), depth, at: surface.coordinates(&at) }.into())
         }
         deepest if fitted && deepest.is_none_or(|(depth, _)| !(depth > 0.0)) => {
             let gap = deepest.map_or(f64::INFINITY, |(depth, _)| -depth);
@@ -228,23 +224,24 @@ fn starts_right<const D: usize>(
 }
 
 /// How deep the undeformed body is in a rigid surface at a load factor, and where.
-fn deepest<const D: usize>(law: &RigidContact<D>, unknowns: usize, load: f64) -> Option<(f64, Point<D>)> {
+fn deepest(law: &RigidContact, unknowns: usize, load: f64) -> Option<(f64, Point<3>)> {
     let placed = law.placed(&vec![0.0; unknowns], load);
-    let depth = |x: &Point<D>| (-placed.nearest(&*law.surface.shape, x).gap, *x);
-    law.contact_surface.table.positions().iter().map(depth).max_by(|a, b| a.0.total_cmp(&b.0))
+    let depth = |x: &Point<3>| (-placed.nearest(&*law.surface.shape, x).gap, *x);
+    law.contact_surface.table.positions.iter().map(depth).max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// The facets of a place, of which there has to be one.
+/// The contact surface at a place, of which there has to be a facet; its trace functions see the node of a rigid surface too.
 fn facets_of<const D: usize>(
     place: &Place<D>,
     label: impl Fn() -> String,
     contact_surfaces: ContactSurfaces<'_, D>,
-) -> Result<Face<D>, Error> {
-    let face = contact_surfaces(place)?;
-    if face.0.points.positions.is_empty() {
+    rigid_dof: Option<u32>,
+) -> Result<ContactSurface, Error> {
+    let (cells, table) = contact_surfaces(place)?;
+    if cells.points.positions.is_empty() {
         return Err(ContactError::NoFacet { contact: label(), place: place.to_string() }.into());
     }
-    Ok(face)
+    ContactSurface::new(&cells, &table, rigid_dof)
 }
 
 impl<const D: usize> Problem<D> {
@@ -252,7 +249,7 @@ impl<const D: usize> Problem<D> {
     pub(crate) fn out_of_reach(&self, moved: f64) -> Vec<String> {
         let positions = self.positions();
         let extent = positions.iter().fold(0.0f64, |e, x| e.max((x - positions[0]).norm()));
-        let apart = |contact: &Contact<D>| {
+        let apart = |contact: &Contact| {
             let law = contact.law.rigid()?;
             if law.surface.is_free() {
                 return None;
@@ -265,7 +262,7 @@ impl<const D: usize> Problem<D> {
                     "rigid surface `{}` comes no nearer than {:.3e} to X = {:?}: it never touches; move it to the body, or leave it out",
                     contact.name,
                     -depth,
-                    at.as_slice()
+                    law.contact_surface.coordinates(&at)
                 )
             })
         };
@@ -280,14 +277,15 @@ const SLACK: f64 = 0.05;
 /// then holds comes to rest with as small a factor per iteration.
 const FREE_MOTION_STIFFNESS: f64 = 1e-6;
 
-fn artificial_spring<const D: usize>(positions: &[Point<D>], volume: f64, shear: f64) -> ArtificialSpring {
-    let extent = positions.iter().fold(0.0f64, |e, x| e.max((x - positions[0]).norm()));
-    let each = FREE_MOTION_STIFFNESS * shear * volume / (extent * extent * positions.len() as f64);
-    ArtificialSpring {
-        dim: D,
-        nodes: (0..positions.len() as u32).map(|n| [n]).collect(),
-        stiffness: vec![each; positions.len()],
+fn artificial_spring(model: &Model, volume: f64, shear: f64) -> ArtificialSpring {
+    let (nodes, mut extent) = (model.node_count(), 0.0f64);
+    for node in 0..nodes {
+        let both = model.coordinates(node).iter().zip(model.coordinates(0));
+        extent = extent.max(both.map(|(x, first)| (x - first) * (x - first)).sum::<f64>().sqrt());
     }
+    let each = FREE_MOTION_STIFFNESS * shear * volume / (extent * extent * nodes as f64);
+    let each_node = (0..nodes as u32).map(|n| [n]).collect();
+    ArtificialSpring { dim: model.dim(), nodes: each_node, stiffness: vec![each; nodes] }
 }
 
 /// Whether rows hold all rigid motions of a body.
@@ -326,7 +324,7 @@ pub(crate) fn contact_definition<const D: usize>(
     equations: &Constraints,
     positions: &[Point<D>],
     model: &mut Model,
-) -> Result<Vec<Contact<D>>, Error> {
+) -> Result<Vec<Contact>, Error> {
     let (total, kinematics) = (model.node_count(), &*scene.kinematics);
     let contact_surfaces = |place: &Place<D>| {
         let place = scene.resolve(place);

@@ -3,12 +3,13 @@
 //! The shape of such a body between its surfaces stays as it is while the material runs round: a neutral motion, which the particles
 //! turn into one that is next to neutral, and which Newton's method follows for hundreds of iterations to a place that means nothing.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::contact::{ContactSurface, RollingSpring};
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::material::Material;
 
 use super::discrete_body::DiscreteBody;
@@ -22,10 +23,10 @@ const ROUND: f64 = 1e-6;
 const EVEN: f64 = 1e-2;
 
 /// A body that is free to roll, and what holds it.
-pub(crate) struct Rolling<const D: usize> {
+pub(crate) struct Rolling {
     pub body: String,
     pub radius: f64,
-    pub spring: Arc<RollingSpring<D>>,
+    pub spring: Arc<RollingSpring>,
 }
 
 /// Adds what holds the rolling of round bodies that touch surfaces without friction alone, in the plane.
@@ -34,9 +35,9 @@ pub(crate) fn hold_rolling<const D: usize>(
     bodies: &[DiscreteBody<D>],
     sharing: &Sharing,
     equations: &Constraints,
-    contacts: &[Contact<D>],
+    contacts: &[Contact],
     model: &mut Model,
-) -> Vec<Rolling<D>> {
+) -> Vec<Rolling> {
     if D != 2 || contacts.is_empty() || !scene.kinematics.hoop_components().is_empty() || !scene.loads.is_empty() {
         return Vec::new();
     }
@@ -44,23 +45,31 @@ pub(crate) fn hold_rolling<const D: usize>(
         let all = equations.equations().iter().flat_map(|equation| &equation.entries);
         all.into_iter().any(|&(unknown, _)| body.nodes.contains(&(unknown / D)))
     };
-    let free = bodies.iter().filter(|body| !held(body));
-    let found: Vec<Rolling<D>> = free.filter_map(|body| rolling(body, sharing, contacts, model)).collect();
-    found.iter().for_each(|rolling| {
-        model.add_replicated(rolling.spring.clone());
-    });
+    let mut found = Vec::new();
+    for body in bodies.iter().filter(|body| !held(body)) {
+        let spring = || -> Option<(f64, RollingSpring)> {
+            let surfaces = smooth(&body.nodes, contacts)?;
+            let (radius, centre) = circle(&surfaces, model)?;
+            let stiffness = body.body.material().initial_moduli().shear;
+            let spring =
+                is_even(body, sharing, &centre).then(|| spring(surfaces[0], &centre, contacts, stiffness, model));
+            Some((radius, spring??))
+        };
+        if let Some((radius, spring)) = spring() {
+            let spring = Arc::new(spring);
+            model.add_replicated(spring.clone());
+            found.push(Rolling { body: body.name.clone(), radius, spring });
+        }
+    }
     found
 }
 
-/// The contact surfaces of a body, unless one of them has friction.
-fn smooth<'a, const D: usize>(
-    body: &DiscreteBody<D>,
-    contacts: &'a [Contact<D>],
-) -> Option<Vec<&'a ContactSurface<D>>> {
+/// The contact surfaces of a body of some nodes, unless one of them has friction.
+fn smooth<'a>(nodes: &Range<usize>, contacts: &'a [Contact]) -> Option<Vec<&'a ContactSurface>> {
     let mut found = Vec::new();
     for contact in contacts {
         for surface in contact.law.surfaces() {
-            let own = surface.traces.first().is_some_and(|trace| body.nodes.contains(&(trace.particle as usize)));
+            let own = surface.traces.first().is_some_and(|trace| nodes.contains(&(trace.particle as usize)));
             match (own, contact.law.has_friction()) {
                 (true, true) => return None,
                 (true, false) => found.push(surface),
@@ -71,30 +80,34 @@ fn smooth<'a, const D: usize>(
     Some(found)
 }
 
-/// What holds a body that is round and touched from outside by surfaces without friction.
-fn rolling<const D: usize>(
-    body: &DiscreteBody<D>,
-    sharing: &Sharing,
-    contacts: &[Contact<D>],
-    model: &Model,
-) -> Option<Rolling<D>> {
-    let surfaces = smooth(body, contacts)?;
-    let surface = *surfaces.first()?;
-    let at = |trace: usize| model.point::<D>(surface.traces[trace].particle as usize);
+/// Radius and centre of the circle that all particles of contact surfaces lie on.
+fn circle(surfaces: &[&ContactSurface], model: &Model) -> Option<(f64, Point<2>)> {
+    let surface = surfaces.first()?;
+    let at = |trace: usize| model.point::<2>(surface.traces[trace].particle as usize);
     let count = surface.traces.len();
     let centre = circumcentre(&at(0), &at(count / 3), &at(2 * count / 3))?;
     let radius = (at(0) - centre).norm();
-    let on_circle = |surface: &&ContactSurface<D>| {
-        let off = |particle: u32| ((model.point::<D>(particle as usize) - centre).norm() / radius - 1.0).abs();
+    let on_circle = |surface: &&ContactSurface| {
+        let off = |particle: u32| ((model.point::<2>(particle as usize) - centre).norm() / radius - 1.0).abs();
         surface.traces.iter().all(|trace| off(trace.particle) < ROUND)
     };
-    if count < 6 || !surfaces.iter().all(on_circle) || !is_even(body, sharing, &centre) {
-        return None;
-    }
+    (count >= 6 && surfaces.iter().all(on_circle)).then_some((radius, centre))
+}
+
+/// What holds a round body between surfaces, on one of its own surfaces.
+fn spring(
+    surface: &ContactSurface,
+    centre: &Point<2>,
+    contacts: &[Contact],
+    stiffness: f64,
+    model: &Model,
+) -> Option<RollingSpring> {
+    let at = |trace: usize| model.point::<2>(surface.traces[trace].particle as usize);
+    let (count, radius) = (surface.traces.len(), (at(0) - centre).norm());
     // Where surfaces are farthest away, and opposite of it.
-    let distance = |x: &Point<D>| {
+    let distance = |x: &Point<2>| {
         let rigid = contacts.iter().filter_map(|contact| contact.law.rigid());
-        let gaps = rigid.map(|law| law.surface.placed(0.0, [0.0; 2]).nearest(&*law.surface.shape, x).gap);
+        let gaps = rigid.map(|law| law.surface.placed(0.0, [0.0; 2]).nearest(&*law.surface.shape, &padded(x)).gap);
         gaps.fold(f64::INFINITY, f64::min)
     };
     let first = (0..count).max_by(|&a, &b| distance(&at(a)).total_cmp(&distance(&at(b))))?;
@@ -104,7 +117,7 @@ fn rolling<const D: usize>(
         return None;
     }
     let across = at(first) - at(second);
-    let tangent = Point::<D>::from_fn(|i, _| if i == 0 { -across[1] } else { across[0] }) / across.norm();
+    let tangent = Point::<2>::new(-across[1], across[0]) / across.norm();
     let mut weights: Vec<(u32, f64)> = Vec::new();
     for (trace, sign) in [(first, 1.0), (second, -1.0)] {
         let trace = &surface.traces[trace];
@@ -114,22 +127,21 @@ fn rolling<const D: usize>(
         }
     }
     let (nodes, weights) = order::merged(weights).into_iter().map(|(node, value)| (node, tangent * value)).unzip();
-    let stiffness = body.body.material().initial_moduli().shear;
-    let spring = Arc::new(RollingSpring { nodes, weights, stiffness });
-    Some(Rolling { body: body.name.clone(), radius, spring })
+    Some(RollingSpring { nodes, weights, stiffness })
 }
 
 /// The centre of the circle through three points of the plane.
-fn circumcentre<const D: usize>(a: &Point<D>, b: &Point<D>, c: &Point<D>) -> Option<Point<D>> {
+fn circumcentre(a: &Point<2>, b: &Point<2>, c: &Point<2>) -> Option<Point<2>> {
     let (p, q) = (b - a, c - a);
     let twice = 2.0 * (p[0] * q[1] - p[1] * q[0]);
     let (p2, q2) = (p.norm_squared(), q.norm_squared());
     let away = [(q[1] * p2 - p[1] * q2) / twice, (p[0] * q2 - q[0] * p2) / twice];
-    away.iter().all(|x| x.is_finite()).then(|| a + Point::<D>::from_fn(|i, _| away[i]))
+    away.iter().all(|x| x.is_finite()).then(|| a + Point::from(away))
 }
 
 /// Whether the body is as heavy on all sides: its moments $\int r^m e^{im\varphi}\,\mathrm d\Omega$ vanish.
-fn is_even<const D: usize>(body: &DiscreteBody<D>, sharing: &Sharing, centre: &Point<D>) -> bool {
+fn is_even<const D: usize>(body: &DiscreteBody<D>, sharing: &Sharing, centre: &Point<2>) -> bool {
+    let centre = padded(centre);
     let table = body.body.table();
     // Two parts of each moment and what they are measured against.
     let mut moments = [0.0f64; 18];

@@ -31,9 +31,9 @@ pub struct Problem<const D: usize> {
     /// Loads on deformable bodies.
     pub(crate) loads: Vec<LoadTerms>,
     /// What touches what.
-    pub(crate) contacts: Vec<Contact<D>>,
+    pub(crate) contacts: Vec<Contact>,
     /// Bodies that are free to roll.
-    pub(crate) rolling: Vec<Rolling<D>>,
+    pub(crate) rolling: Vec<Rolling>,
     /// The frames of the rigid bodies.
     pub(crate) frames: Vec<Frame<D>>,
     /// The conditions and their rows.

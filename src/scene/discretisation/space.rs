@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::assembly::{Model, Pattern};
 use crate::boundary::Constraints;
 use crate::cells::{Cells, Lattice, Layout};
-use crate::contact::RigidSurface;
+use crate::contact::Obstacle;
 use crate::error::{Error, Incompatible, LinearError, SolveError};
 use crate::geometry::{Bounds, Domain, Point};
 use crate::linear::{Auxiliary, Krylov, after_their_rows, multiplications, nested_dissection};
@@ -286,12 +286,12 @@ fn unsuited_contact<const D: usize>(
     equations: &Constraints,
 ) -> Option<(&'static str, &'static str)> {
     const DIRECT: &str = "take SolverChoice::Auto, which takes a direct solver";
-    let any = |of: fn(&RigidSurface<D>) -> bool| scene.contacts.iter().any(|contact| of(&contact.surface));
+    let any = |of: fn(&Obstacle) -> bool| scene.contacts.iter().any(|contact| of(&contact.surface));
     if scene.contacts.is_empty() {
         None
     } else if any(|surface| surface.friction > 0.0) {
         Some(("contact with friction", DIRECT))
-    } else if any(RigidSurface::is_free) {
+    } else if any(Obstacle::is_free) {
         Some((
             "a rigid surface that is pushed or free to turn",
             "prescribe its motion or rotation, or take SolverChoice::Auto",

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::contact::{ContactError, ContactSurface, Trace, chains};
+use crate::contact::{ContactError, Trace, chains};
 use crate::error::{Error, OutputError};
 use crate::geometry::{Point, padded};
 use crate::output::Table;
@@ -97,65 +97,26 @@ impl<const D: usize> Problem<D> {
     pub fn contact(&self, state: &State, name: &str) -> Result<ContactState<D>, Error> {
         state.check_lengths(&self.model, &self.equations)?;
         let contact = self.contact_named(name)?;
-        let view = seen(state, contact.term);
-        let none = (Point::zeros(), 0.0, None);
-        let (pressed, (travel, angle, depth), moment, swapped) = match &contact.law {
-            Law::Rigid(law) => {
-                let (pressed, moment, depth) = law.pressed(&view);
-                let placed = law.placed(&state.displacement, state.load);
-                (pressed, (placed.offset, placed.angle(), Some(depth)), Some(moment), false)
-            }
-            Law::Pair(law, swapped) => (law.pressed(&view), none, None, *swapped),
-        };
-        let surfaces = contact.law.surfaces();
-        let force = match surfaces {
-            // What a part does to itself is nothing in all.
-            [_] if moment.is_none() => pressed.forces.iter().sum(),
-            _ => pressed.total * if swapped { -1.0 } else { 1.0 },
-        };
-        let (mut extent, mut points, mut at) = (0.0, Vec::with_capacity(pressed.forces.len()), 0);
-        let mut own_moment = Vector3::zeros();
-        for (side, surface) in surfaces.iter().enumerate() {
-            let (mut areas, mut own) = (Vec::new(), Vec::new());
+        let mut places = Vec::new();
+        for surface in contact.law.surfaces() {
             for trace in &surface.traces {
                 let particle = trace.particle as usize;
                 let (reference, sheet) = (self.model.point::<D>(particle), self.sheet_of(particle));
                 let position = reference + self.node_displacement(particle, state)?;
+                // The stretch across a sheet at its edge.
                 let mut area = 0.0;
                 for &(point, weight) in &trace.points {
                     let stretch = surface.outward(point, &state.displacement).norm();
-                    area += weight * stretch * thickness(sheet, surface, point, &state.displacement);
+                    let gradient = || surface.table.displacement_gradient(point as usize, &state.displacement);
+                    let x = || padded(&surface.table.positions[point as usize]);
+                    let thickness =
+                        sheet.map_or(1.0, |sheet| sheet.thickness(&(Matrix3::identity() + gradient()), &x()));
+                    area += weight * stretch * thickness;
                 }
-                let force = pressed.forces[at];
-                if (side == 0) != swapped || surfaces.len() == 1 {
-                    own_moment += padded::<D, 3>(&position).cross(&padded(&force));
-                }
-                areas.push(area);
-                own.push(ContactPoint {
-                    reference,
-                    position,
-                    pressure: pressed.normal_forces[at] / area,
-                    gap: pressed.gaps[at],
-                    traction: force / area,
-                    force,
-                    is_active: pressed.active[at],
-                    slips: pressed.active[at] && pressed.slides[at],
-                });
-                at += 1;
-            }
-            let touching = along(&mut own, &surface.traces, &areas);
-            extent = if side == 0 { touching } else { extent };
-            points.extend(own);
-        }
-        let moment = moment.unwrap_or(own_moment);
-        let mut found = ContactState { force, moment, extent, travel, angle, depth, points };
-        if let (Law::Rigid(law), Some(depth)) = (&contact.law, &mut found.depth) {
-            let placed = law.placed(&state.displacement, state.load);
-            for point in &found.points {
-                *depth = depth.max(-placed.nearest(&*law.surface.shape, &point.position).gap);
+                places.push(Place { reference: padded(&reference), position: padded(&position), area });
             }
         }
-        Ok(found)
+        Ok(found(contact, state, &places, D).truncated())
     }
 
     /// The work that friction has taken along a path on the surface of a name \[force·length\]: over its steps, the mean traction times
@@ -184,7 +145,7 @@ impl<const D: usize> Problem<D> {
         self.discrete_bodies.iter().find(|body| body.nodes.contains(&particle))?.sheet.as_ref()
     }
 
-    fn contact_named(&self, name: &str) -> Result<&Contact<D>, ContactError> {
+    fn contact_named(&self, name: &str) -> Result<&Contact, ContactError> {
         self.contacts.iter().find(|contact| contact.name == name).ok_or_else(|| {
             let known: Vec<&str> = self.contacts.iter().map(|contact| contact.name.as_str()).collect();
             ContactError::Unknown { requested: name.to_string(), known: known.join("; ") }
@@ -192,21 +153,93 @@ impl<const D: usize> Problem<D> {
     }
 }
 
-/// The stretch across a sheet at a point of its edge; 1 for other bodies.
-fn thickness<const D: usize>(
-    sheet: Option<&Sheet<D>>,
-    surface: &ContactSurface<D>,
-    point: u32,
-    displacement: &[f64],
-) -> f64 {
-    let f = || Matrix3::identity() + surface.table.displacement_gradient(point as usize, displacement);
-    sheet.map_or(1.0, |sheet| sheet.thickness(&f(), &surface.table.positions()[point as usize]))
+/// Where the particle of a trace function is in the body at rest and now, and the area of the trace function now.
+struct Place {
+    reference: Point<3>,
+    position: Point<3>,
+    area: f64,
+}
+
+/// What a state tells of a contact whose trace functions have places, by three components.
+fn found(contact: &Contact, state: &State, places: &[Place], dim: usize) -> ContactState<3> {
+    let view = seen(state, contact.term);
+    let none = (Point::zeros(), 0.0, None);
+    let (pressed, (travel, angle, depth), moment, swapped) = match &contact.law {
+        Law::Rigid(law) => {
+            let (pressed, moment, mut depth) = law.pressed(&view);
+            let placed = law.placed(&state.displacement, state.load);
+            for place in places {
+                depth = depth.max(-placed.nearest(&*law.surface.shape, &place.position).gap);
+            }
+            (pressed, (placed.offset, placed.angle(), Some(depth)), Some(moment), false)
+        }
+        Law::Pair(law, swapped) => (law.pressed(&view), none, None, *swapped),
+    };
+    let surfaces = contact.law.surfaces();
+    let force = match surfaces {
+        // What a part does to itself is nothing in all.
+        [_] if moment.is_none() => pressed.forces.iter().sum::<Point<3>>(),
+        _ => pressed.total * if swapped { -1.0 } else { 1.0 },
+    };
+    let (mut extent, mut points) = (0.0, Vec::with_capacity(places.len()));
+    let mut own_moment = Vector3::zeros();
+    for (side, surface) in surfaces.iter().enumerate() {
+        let (first, mut own) = (points.len(), Vec::new());
+        for (k, &Place { reference, position, area }) in
+            places.iter().enumerate().skip(first).take(surface.traces.len())
+        {
+            let force = pressed.forces[k];
+            if (side == 0) != swapped || surfaces.len() == 1 {
+                own_moment += position.cross(&force);
+            }
+            own.push(ContactPoint {
+                reference,
+                position,
+                pressure: pressed.normal_forces[k] / area,
+                gap: pressed.gaps[k],
+                traction: force / area,
+                force,
+                is_active: pressed.active[k],
+                slips: pressed.active[k] && pressed.slides[k],
+            });
+        }
+        let touching = along(&mut own, &surface.traces, &places[first..], dim);
+        extent = if side == 0 { touching } else { extent };
+        points.extend(own);
+    }
+    ContactState { force, moment: moment.unwrap_or(own_moment), extent, travel, angle, depth, points }
+}
+
+impl ContactState<3> {
+    /// In as many components as the body has.
+    fn truncated<const D: usize>(&self) -> ContactState<D> {
+        let point = |point: &ContactPoint<3>| ContactPoint {
+            reference: padded(&point.reference),
+            position: padded(&point.position),
+            pressure: point.pressure,
+            gap: point.gap,
+            traction: padded(&point.traction),
+            force: padded(&point.force),
+            is_active: point.is_active,
+            slips: point.slips,
+        };
+        ContactState {
+            force: padded(&self.force),
+            moment: self.moment,
+            extent: self.extent,
+            travel: padded(&self.travel),
+            angle: self.angle,
+            depth: self.depth,
+            points: self.points.iter().map(point).collect(),
+        }
+    }
 }
 
 /// Puts points into their order along the boundary, and tells how much of it touches.
-fn along<const D: usize>(points: &mut Vec<ContactPoint<D>>, traces: &[Trace], sizes: &[f64]) -> f64 {
-    if D == 3 {
-        return touching_extent(points, sizes);
+fn along(points: &mut Vec<ContactPoint<3>>, traces: &[Trace], places: &[Place], dim: usize) -> f64 {
+    if dim == 3 {
+        let touching = points.iter().zip(places).filter(|(point, _)| point.is_active);
+        return touching.map(|(_, place)| place.area).sum();
     }
     let chains = chains(traces);
     let mut ordered = Vec::with_capacity(points.len());
@@ -229,14 +262,9 @@ fn seen(state: &State, term: usize) -> View<'_> {
     View { displacement: &state.displacement, condensed: &state.condensed[term], load: state.load }
 }
 
-/// The total size of the points that touch.
-fn touching_extent<const D: usize>(points: &[ContactPoint<D>], sizes: &[f64]) -> f64 {
-    points.iter().zip(sizes).filter(|(point, _)| point.is_active).map(|(_, size)| size).sum()
-}
-
 /// The width of contact along a chain of trace functions: between the last trace function that touches and the next one the square of the
 /// pressure, which falls in proportion to the distance from a smooth edge, is extrapolated to zero.
-fn width<const D: usize>(points: &[ContactPoint<D>]) -> f64 {
+fn width(points: &[ContactPoint<3>]) -> f64 {
     let n = points.len();
     let between = |a: usize, b: usize| (points[a].position - points[b].position).norm();
     let mut width = 0.0;

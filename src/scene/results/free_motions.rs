@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use crate::assembly::{Model, StateRef};
 use crate::contact::Trace;
-use crate::geometry::{Disjoint, Point, RigidMode};
+use crate::geometry::{Disjoint, Point, RigidMode, padded};
 use crate::linear::vector::dot;
 use crate::scene::Problem;
 use crate::scene::discretisation::discrete_body::DiscreteBody;
@@ -151,8 +151,9 @@ impl<const D: usize> Motions<D> {
             let group = |trace: &Trace| group_of[trace.particle as usize];
             contact.law.bars(&vec![0.0; positions.len() * D], friction, &mut |trace, other, x, barred| {
                 let (own, other) = (group(trace), other.and_then(group));
+                let (x, barred) = (padded(x), padded(barred));
                 let seen = |number: usize| {
-                    let along = self.at(number % m, x).dot(barred);
+                    let along = self.at(number % m, &x).dot(&barred);
                     let counts = |group: Option<usize>| f64::from(u8::from(group == Some(number / m)));
                     along * (counts(own) - counts(other))
                 };

@@ -5,7 +5,7 @@ use std::fmt;
 
 use crate::contact::RigidContact;
 use crate::error::{Doubt, DoubtCause};
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::solve::State;
 use crate::term::View;
 
@@ -28,8 +28,8 @@ pub(super) fn unresolved<const D: usize>(problem: &Problem<D>, state: &State) ->
     for contact in &problem.contacts {
         let Some((law, view)) = judged(contact, state) else { continue };
         let Depths { deepest, lacking, at } = depths(law, &view);
-        let mut doubt = |cause: DoubtCause, at: &Point<D>| {
-            doubts.push(Doubt { cause, load: state.load, at: at.as_slice().to_vec() });
+        let mut doubt = |cause: DoubtCause, at: &Point<3>| {
+            doubts.push(Doubt { cause, load: state.load, at: law.contact_surface.coordinates(at) });
         };
         if let Some((depth, limit, at)) = deepest {
             let fixed = fixed_inside(problem).iter().any(|inside| inside.surface == contact.name);
@@ -44,7 +44,7 @@ pub(super) fn unresolved<const D: usize>(problem: &Problem<D>, state: &State) ->
 }
 
 /// A contact with a rigid surface and its part of a state; none while the overlap of an interference is not resolved yet.
-fn judged<'a, const D: usize>(contact: &'a Contact<D>, state: &'a State) -> Option<(&'a RigidContact<D>, View<'a>)> {
+fn judged<'a>(contact: &'a Contact, state: &'a State) -> Option<(&'a RigidContact, View<'a>)> {
     let law = contact.law.rigid()?;
     let begins_inside = law.law.interference.is_some_and(|fit| !fit.resolved && state.load < fit.until);
     Some((law, state.view(contact.term).filter(|_| !begins_inside)?))
@@ -100,7 +100,7 @@ pub(crate) fn fixed_inside<const D: usize>(problem: &Problem<D>) -> Vec<FixedIns
             let node = trace.particle as usize;
             let x = problem.model().point::<D>(node);
             let moved = x + Point::<D>::from_fn(|i, _| displacement[node * D + i]);
-            (-placed.nearest(&*law.surface.shape, &moved).gap, DEEPEST * trace.width, x)
+            (-placed.nearest(&*law.surface.shape, &padded(&moved)).gap, DEEPEST * trace.width, x)
         });
         let deep = inside.filter(|(depth, limit, _)| depth > limit).max_by(|a, b| a.0.total_cmp(&b.0));
         found.extend(deep.map(|(depth, limit, x)| FixedInside {
@@ -114,12 +114,12 @@ pub(crate) fn fixed_inside<const D: usize>(problem: &Problem<D>) -> Vec<FixedIns
 }
 
 /// What lies behind a rigid surface.
-struct Depths<const D: usize> {
+struct Depths {
     /// Depth, largest allowed one and undeformed position of the point that exceeds its limit most.
-    deepest: Option<(f64, f64, Point<D>)>,
+    deepest: Option<(f64, f64, Point<3>)>,
     /// The energy that the state lacks, and where most of it.
     lacking: f64,
-    at: Point<D>,
+    at: Point<3>,
 }
 
 /// Depths of the points under all trace functions.
@@ -127,18 +127,18 @@ struct Depths<const D: usize> {
 /// To press out a wave of the surface with the amplitude $a$ and the wave length $4w$ takes an energy of $\tfrac{\pi}{4w}\mu a^2$ per
 /// area. Over the trace functions, with the area of each that lies behind the surface, the depth of its deepest point and its width, that is
 /// the energy that the state lacks, but for the depth $pw/(4\pi\mu)$ that a pressure $p$ gives to waves no longer than the width.
-fn depths<const D: usize>(law: &RigidContact<D>, view: &View<'_>) -> Depths<D> {
+fn depths(law: &RigidContact, view: &View<'_>) -> Depths {
     let mut found = Depths { deepest: None, lacking: 0.0, at: Point::zeros() };
     let (mut worst, mut largest) = (1.0, 0.0);
     for (k, trace) in law.contact_surface.traces.iter().enumerate() {
-        let (mut area, mut depth, mut deepest) = (0.0, 0.0, Point::<D>::zeros());
+        let (mut area, mut depth, mut deepest) = (0.0, 0.0, Point::<3>::zeros());
         law.local_contact(k, view, |p, _, at| {
             if at.found.gap < 0.0 {
                 area += trace.points[p].1;
             }
             if -at.found.gap > depth {
                 depth = -at.found.gap;
-                deepest = law.contact_surface.table.positions()[at.point as usize];
+                deepest = law.contact_surface.table.positions[at.point as usize];
             }
         });
         let limit = DEEPEST * trace.width;
@@ -151,7 +151,7 @@ fn depths<const D: usize>(law: &RigidContact<D>, view: &View<'_>) -> Depths<D> {
             continue;
         }
         let shear = law.law.stiffness.decisive;
-        let pressure = law.law.pressure::<D>(k, view.condensed).0.max(0.0);
+        let pressure = law.law.pressure(k, view.condensed).0.max(0.0);
         let unexplained = (depth - pressure * trace.width / (4.0 * PI * shear)).max(0.0);
         let own = 0.25 * PI * shear * unexplained * unexplained * area / trace.width;
         found.lacking += own;

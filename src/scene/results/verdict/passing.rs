@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use crate::contact::RigidContact;
 use crate::error::{Doubt, DoubtCause};
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::scene::Problem;
 use crate::solve::State;
 
@@ -93,7 +93,7 @@ fn through_rigid<const D: usize>(problem: &Problem<D>, state: &State, points: &[
         let (now, rest) =
             (law.placed(&state.displacement, state.load), law.placed(&vec![0.0; state.displacement.len()], 0.0));
         // Several contacts may share one surface: copies of it that have gone to the same place.
-        let shape = |law: &RigidContact<D>| Arc::as_ptr(&law.surface.shape).cast::<()>();
+        let shape = |law: &RigidContact| Arc::as_ptr(&law.surface.shape).cast::<()>();
         let all = problem.contacts.iter().filter_map(|other| other.law.rigid());
         let same = all.filter(|other| {
             let there = other.placed(&state.displacement, state.load);
@@ -104,8 +104,8 @@ fn through_rigid<const D: usize>(problem: &Problem<D>, state: &State, points: &[
         let deepest = points
             .iter()
             .filter(|point| !point.owners.iter().any(|node| declared.contains(node)))
-            .filter(|point| rest.nearest(&*law.surface.shape, &point.reference).gap > 0.0)
-            .map(|point| (-now.nearest(&*law.surface.shape, &point.current).gap, point))
+            .filter(|point| rest.nearest(&*law.surface.shape, &padded(&point.reference)).gap > 0.0)
+            .map(|point| (-now.nearest(&*law.surface.shape, &padded(&point.current)).gap, point))
             .filter(|(depth, point)| *depth > DEPTH * point.spacing)
             .max_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((depth, point)) = deepest {
