@@ -108,6 +108,17 @@ impl RigidContact {
         }
     }
 
+    /// Visits what those unknowns change the gap at the point by.
+    fn slopes(&self, size: usize, beside: &Beside, seen: (&[u16], &[f64]), mut visit: impl FnMut(usize, f64)) {
+        let (dim, normal) = (self.law.dim, &beside.found.normal);
+        for (&node, value) in seen.0.iter().zip(seen.1) {
+            (0..dim).for_each(|i| visit(node as usize * dim + i, normal[i] * value));
+        }
+        for (m, motion) in beside.motions.iter().enumerate() {
+            motion.iter().for_each(|motion| visit(size - dim + m, -normal.dot(motion)));
+        }
+    }
+
     /// The contact of a boundary part with a surface.
     pub(crate) fn new(
         contact_surface: ContactSurface,
@@ -426,16 +437,15 @@ impl Term for RigidContact {
         slope.clear();
         slope.resize(size, 0.0);
         let bent = if out.with_matrix && !kept { self.law.pressure(cluster, view.condensed).0.max(0.0) } else { 0.0 };
-        let (mut beside, mut whole, mut list) = (Vec::new(), 0.0, Vec::new());
+        let (mut beside, mut whole) = (Vec::new(), 0.0);
         let (touch, local_contact) = self.touch(cluster, &view, |k, [part, more], at| {
             let values = self.contact_surface.table.values(at.point as usize);
-            self.list(size, at, (trace.local(k), values), &mut list);
-            let more = -bent * more;
-            list.iter().for_each(|(place, by)| slope[*place] += part * at.found.normal.dot(by));
+            let (seen, more) = ((trace.local(k), values), -bent * more);
+            self.slopes(size, at, seen, |place, by| slope[place] += part * by);
             if more != 0.0 {
                 whole += more;
                 beside.resize(size, 0.0);
-                list.iter().for_each(|(place, by)| beside[*place] += more * at.found.normal.dot(by));
+                self.slopes(size, at, seen, |place, by| beside[place] += more * by);
             }
         });
         let (factor, square) = (-1.0 / trace.area, whole / trace.area.powi(2));
