@@ -196,11 +196,11 @@ fn slopes<const D: usize>(name: &str, scene: &Scene<D>, counts: &[usize]) {
         let model = problem.model();
         let state = State::at_rest(model, problem.equations());
         let d = support::moved(model);
-        let (enforced, values, mut solver) = support::reduced(&problem);
+        let (reduction, values, mut solver) = support::reduced(&problem);
         let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
         let mut bound = support::bound(&problem);
         let start = Instant::now();
-        drop(problem.analysis().bound_solver(model, &mut *bound).expect("a pattern"));
+        drop(problem.analysis().bound_solver(model, &mut bound).expect("a pattern"));
         let analysis = start.elapsed().as_secs_f64();
         let mut assembler = model.assembler();
         let mut system = System::default();
@@ -228,7 +228,7 @@ fn slopes<const D: usize>(name: &str, scene: &Scene<D>, counts: &[usize]) {
         );
         let system = LinearSystem::of(&values);
         solver.factorize(&system).expect("a regular matrix");
-        let mut x = vec![1.0; enforced.unknowns()];
+        let mut x = vec![1.0; reduction.unknowns()];
         let solution = seconds(|| {
             x.fill(1.0);
             solver.solve(&system, &mut x, None).expect("a regular matrix");

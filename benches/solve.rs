@@ -11,12 +11,12 @@ fn solve<const D: usize>(c: &mut Criterion, name: &str, scene: &Scene<D>, counts
     group.sample_size(10);
     for &n in counts {
         let problem = scene.discretize(&support::scheme(n)).expect("a sound scene");
-        let (enforced, values, mut solver) = support::reduced(&problem);
+        let (reduction, values, mut solver) = support::reduced(&problem);
         let id = |phase: &str| BenchmarkId::new(phase, values.len());
         group.bench_function(id("analyze"), |b| {
             b.iter_batched_ref(
                 || support::bound(&problem),
-                |bound| problem.analysis().bound_solver(problem.model(), &mut **bound).expect("a pattern"),
+                |bound| problem.analysis().bound_solver(problem.model(), bound).expect("a pattern"),
                 BatchSize::LargeInput,
             );
         });
@@ -31,7 +31,7 @@ fn solve<const D: usize>(c: &mut Criterion, name: &str, scene: &Scene<D>, counts
         });
         let system = LinearSystem::of(&values);
         solver.factorize(&system).expect("a regular matrix");
-        let mut x = vec![1.0; enforced.unknowns()];
+        let mut x = vec![1.0; reduction.unknowns()];
         group.bench_function(id("solve"), |b| {
             b.iter(|| {
                 x.fill(1.0);

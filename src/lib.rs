@@ -51,7 +51,7 @@
 //! | 4 | [`table`] | |
 //! | 5 | [`term`], [`contact`] | [`Term`](term::Term), [`Integrand`](term::Integrand), [`Surface`](contact::Surface) |
 //! | 6 | [`assembly`] | |
-//! | 7 | `boundary`, `linear` | `Enforcement`, `Enforced`, `LinearSolver` |
+//! | 7 | `boundary`, `linear` | `Enforcement`, `LinearSolver` |
 //! | 8 | `solve`, [`paper`] | `Observer`, `Functional` |
 //! | 9 | [`output`] | |
 //! | 10 | `scene` | |

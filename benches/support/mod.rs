@@ -2,7 +2,7 @@
 #![allow(dead_code)] // No bench needs all of it.
 
 use rkpm::assembly::{Model, StateRef, System};
-use rkpm::boundary::Enforced;
+use rkpm::boundary::Reduction;
 use rkpm::linear::LinearSolver;
 use rkpm::prelude::*;
 use rkpm::solve::State;
@@ -50,22 +50,24 @@ pub fn moved(model: &Model) -> Vec<f64> {
 }
 
 /// The conditions of a problem, bound to the pattern of its model.
-pub fn bound<const D: usize>(problem: &Problem<D>) -> Box<dyn Enforced> {
+pub fn bound<const D: usize>(problem: &Problem<D>) -> Reduction {
     let assembler = problem.model().assembler();
-    problem.analysis().enforcement.bind(assembler.pattern(), problem.equations()).expect("independent conditions")
+    let enforced = problem.analysis().enforcement.bind(assembler.pattern(), problem.equations());
+    Reduction::new(enforced.expect("independent conditions"), assembler.pattern(), problem.equations())
+        .expect("a pattern")
 }
 
 /// The solver of a problem's analysis, and its reduced matrix at rest.
-pub fn reduced<const D: usize>(problem: &Problem<D>) -> (Box<dyn Enforced>, Vec<f64>, Box<dyn LinearSolver>) {
+pub fn reduced<const D: usize>(problem: &Problem<D>) -> (Reduction, Vec<f64>, Box<dyn LinearSolver>) {
     let model = problem.model();
     let state = State::at_rest(model, problem.equations());
-    let mut enforced = bound(problem);
-    let solver = problem.analysis().bound_solver(model, &mut *enforced).expect("a sound pattern");
+    let mut reduction = bound(problem);
+    let solver = problem.analysis().bound_solver(model, &mut reduction).expect("a sound pattern");
     let mut system = System::default();
     model.assembler().assemble(model, StateRef::new(&state.displacement, &state.condensed, 1.0), &mut system).unwrap();
     let mut values = Vec::new();
-    enforced.reduce(&system, &mut values);
-    (enforced, values, solver)
+    reduction.reduce(&system, &mut values);
+    (reduction, values, solver)
 }
 
 /// Runs `f` on a pool of so many threads.

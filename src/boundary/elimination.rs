@@ -1,54 +1,75 @@
-//! Constraint equations that share unknowns: which they are, and their elimination.
+//! Constraint equations that share unknowns: which they are, their elimination, and which depend on others.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
+use crate::assembly::Pattern;
 use crate::error::BoundaryError;
 use crate::geometry::Disjoint;
+use crate::linear::{Direct, LinearSolver, LinearSystem, MatrixClass};
+use crate::order::merged;
 
-use super::Constraints;
+use super::ConstraintEquation;
+use super::enforced::Eliminated;
 
 /// A constraint equation of which elimination leaves less than this part of its size depends on others.
 const DEPENDENT: f64 = 1e-10;
 
-/// Constraint equations that share unknowns, eliminated together.
-pub(super) struct Group {
-    /// Numbers of its constraint equations in the problem.
-    pub equations: Vec<usize>,
-    /// Eliminated unknowns, one per constraint equation.
-    pub pivots: Vec<usize>,
-    /// Unknowns they are expressed by, as reduced indices.
-    pub free: Vec<u32>,
-    /// W, `pivots × free`, row by row.
-    pub w: Vec<f64>,
-    /// V, `pivots × equations`, row by row.
-    pub v: Vec<f64>,
-    /// Reduced unknowns that couple with the pivots (a superset of `free`).
-    pub coupled: Vec<u32>,
-    /// Place of (free, coupled) pairs in the reduced values.
-    pub places: Vec<u32>,
-    /// Groups whose pivots couple with those of this one, itself among them, by rising number: the place of each of their free
-    /// unknowns among the coupled ones.
-    pub partners: Vec<(u32, Vec<u32>)>,
+/// Expresses as many unknowns as there are constraint equations by the other unknowns, those that share unknowns together.
+pub(super) fn eliminate(equations: &[ConstraintEquation], limit: usize) -> Result<Vec<Eliminated>, BoundaryError> {
+    let group = |members: Vec<usize>| {
+        let m = members.len();
+        if m > limit {
+            return Err(BoundaryError::Unsuitable {
+                enforcement: "mixed transformation",
+                reason: format!(
+                    "{m} constraint equations share unknowns and would be eliminated together, the limit is {limit}; take Lagrange multipliers"
+                ),
+            });
+        }
+        let (mut a, unknowns) = tableau(equations, &members);
+        let n = unknowns.len();
+        let pivots = echelon(&mut a, m, n, false);
+        if let Some((&equation, Err(left))) = members.iter().zip(&pivots).find(|(_, pivot)| pivot.is_err()) {
+            return Err(refusal(equations, equation, *left));
+        }
+        let pivots: Vec<usize> = pivots.into_iter().flatten().collect();
+        let free: Vec<usize> = (0..n).filter(|j| !pivots.contains(j)).collect();
+        let (mut transfer, mut offsets) = (Vec::with_capacity(m * free.len()), Vec::with_capacity(m * m));
+        for row in a.chunks_exact(n + m) {
+            transfer.extend(free.iter().map(|&j| -row[j]));
+            offsets.extend_from_slice(&row[n..]);
+        }
+        let [expressed, free] = [pivots, free].map(|columns| columns.into_iter().map(|j| unknowns[j]).collect());
+        Ok(Eliminated { unknowns: expressed, free, transfer, equations: members, offsets })
+    };
+    connected(equations).into_iter().map(group).collect()
 }
 
-impl Group {
-    /// The places of a partner's free unknowns among the coupled ones, which are there by construction.
-    pub(super) fn places_of(&self, partner: u32) -> &[u32] {
-        let at = self.partners.partition_point(|(other, _)| *other < partner);
-        &self.partners[at].1
+/// The constraint equations that depend on earlier ones, by rising number.
+pub(crate) fn dependent(equations: &[ConstraintEquation]) -> Vec<BoundaryError> {
+    if independent(equations) {
+        return Vec::new();
     }
+    let mut dependent: BTreeMap<usize, f64> = BTreeMap::new();
+    for members in connected(equations) {
+        let (mut a, unknowns) = tableau(equations, &members);
+        let pivots = echelon(&mut a, members.len(), unknowns.len(), true);
+        dependent
+            .extend(members.into_iter().zip(pivots).filter_map(|(equation, pivot)| Some((equation, pivot.err()?))));
+    }
+    dependent.into_iter().map(|(equation, left)| refusal(equations, equation, left)).collect()
 }
 
-/// Groups constraint equations that share unknowns and brings each group to reduced echelon form; free unknowns by full index.
-pub(super) fn eliminate(equations: &Constraints, limit: usize) -> Result<Vec<(Group, Vec<usize>)>, BoundaryError> {
-    connected(equations).into_iter().map(|members| eliminate_group(equations, members, limit)).collect()
+fn refusal(equations: &[ConstraintEquation], equation: usize, pivot: f64) -> BoundaryError {
+    BoundaryError::Dependent { equation, what: equations[equation].label.clone(), pivot }
 }
 
 /// The constraint equations in sets that share no unknowns with each other.
-fn connected(equations: &Constraints) -> Vec<Vec<usize>> {
+fn connected(equations: &[ConstraintEquation]) -> Vec<Vec<usize>> {
     let mut sets = Disjoint::new(equations.len());
     let mut first_equation: BTreeMap<usize, usize> = BTreeMap::new();
-    for (r, equation) in equations.equations().iter().enumerate() {
+    for (r, equation) in equations.iter().enumerate() {
         for &(unknown, coefficient) in &equation.entries {
             if coefficient != 0.0 {
                 sets.join(r, *first_equation.entry(unknown).or_insert(r));
@@ -62,73 +83,33 @@ fn connected(equations: &Constraints) -> Vec<Vec<usize>> {
     members.into_values().collect()
 }
 
-/// Expresses as many unknowns as there are constraint equations in a group by the other unknowns.
-fn eliminate_group(
-    equations: &Constraints,
-    members: Vec<usize>,
-    limit: usize,
-) -> Result<(Group, Vec<usize>), BoundaryError> {
-    let m = members.len();
-    if m > limit {
-        return Err(BoundaryError::Unsuitable {
-            enforcement: "mixed transformation",
-            reason: format!(
-                "{m} constraint equations share unknowns and would be eliminated together, the limit is {limit}; take Lagrange multipliers"
-            ),
-        });
-    }
-    let mut unknowns: Vec<usize> = members
-        .iter()
-        .flat_map(|&r| equations.equations()[r].entries.iter().filter(|e| e.1 != 0.0).map(|e| e.0))
-        .collect();
+/// $[G\ |\ 1]$ of some constraint equations, scaled to a largest entry of one, row by row, and the unknowns of the columns of $G$.
+fn tableau(equations: &[ConstraintEquation], members: &[usize]) -> (Vec<f64>, Vec<usize>) {
+    let rows: Vec<_> = members.iter().map(|&r| equations[r].scaled()).collect();
+    let mut unknowns: Vec<usize> = rows.iter().flat_map(|(entries, _)| entries.iter().map(|entry| entry.0)).collect();
     unknowns.sort_unstable();
     unknowns.dedup();
     let n = unknowns.len();
-    // [G | I], constraint equations scaled to a largest entry of one.
-    let width = n + m;
-    let mut a = vec![0.0; m * width];
-    for (i, &r) in members.iter().enumerate() {
-        let equation = &equations.equations()[r];
-        let largest = equation.largest();
-        for &(unknown, coefficient) in &equation.entries {
-            if coefficient != 0.0 {
-                a[i * width + unknowns.partition_point(|&u| u < unknown)] += coefficient / largest;
-            }
+    let width = n + members.len();
+    let mut a = vec![0.0; members.len() * width];
+    for (i, (entries, scale)) in rows.iter().enumerate() {
+        for (unknown, coefficient) in entries {
+            a[i * width + unknowns.partition_point(|u| u < unknown)] += coefficient;
         }
-        a[i * width + n + i] = 1.0 / largest;
+        a[i * width + n + i] = *scale;
     }
-    let pivot_column = echelon(&mut a, m, n).map_err(|(i, pivot)| {
-        let equation = members[i];
-        BoundaryError::Dependent { equation, what: equations.equations()[equation].label.clone(), pivot }
-    })?;
-    let free_columns: Vec<usize> = (0..n).filter(|j| !pivot_column.contains(j)).collect();
-    let mut w = Vec::with_capacity(m * free_columns.len());
-    let mut v = Vec::with_capacity(m * m);
-    for i in 0..m {
-        w.extend(free_columns.iter().map(|&j| -a[i * width + j]));
-        v.extend_from_slice(&a[i * width + n..(i + 1) * width]);
-    }
-    let group = Group {
-        equations: members,
-        pivots: pivot_column.iter().map(|&j| unknowns[j]).collect(),
-        free: Vec::new(),
-        w,
-        v,
-        coupled: Vec::new(),
-        places: Vec::new(),
-        partners: Vec::new(),
-    };
-    Ok((group, free_columns.iter().map(|&j| unknowns[j]).collect()))
+    (a, unknowns)
 }
 
-/// Gauss–Jordan with complete pivoting among the first `n` columns of `m` rows: the column of each row's pivot, or a row that
-/// depends on others and its largest entry.
-fn echelon(a: &mut [f64], m: usize, n: usize) -> Result<Vec<usize>, (usize, f64)> {
+/// Gauss–Jordan among the first `n` columns of `m` rows, with complete pivoting or `in_order` of the rows: the column of each row's
+/// pivot, or the largest entry that is left of a row that depends on others.
+fn echelon(a: &mut [f64], m: usize, n: usize, in_order: bool) -> Vec<Result<usize, f64>> {
     let width = n + m;
-    let mut pivot_column = vec![usize::MAX; m];
-    for _ in 0..m {
+    let mut pivots = vec![Err(0.0); m];
+    for step in 0..m {
         let mut best = (0.0, 0, 0);
-        for i in (0..m).filter(|&i| pivot_column[i] == usize::MAX) {
+        let candidates = if in_order { step..step + 1 } else { 0..m };
+        for i in candidates.filter(|&i| pivots[i].is_err()) {
             for (j, value) in a[i * width..i * width + n].iter().enumerate() {
                 if value.abs() > best.0 {
                     best = (value.abs(), i, j);
@@ -137,9 +118,9 @@ fn echelon(a: &mut [f64], m: usize, n: usize) -> Result<Vec<usize>, (usize, f64)
         }
         let (size, i, j) = best;
         if !(size > DEPENDENT) {
-            return Err(((0..m).find(|&i| pivot_column[i] == usize::MAX).unwrap_or(0), size));
+            continue;
         }
-        pivot_column[i] = j;
+        pivots[i] = Ok(j);
         let scale = 1.0 / a[i * width + j];
         let pivot_row: Vec<f64> = a[i * width..(i + 1) * width].iter().map(|v| v * scale).collect();
         for k in 0..m {
@@ -153,5 +134,39 @@ fn echelon(a: &mut [f64], m: usize, n: usize) -> Result<Vec<usize>, (usize, f64)
         }
         a[i * width..(i + 1) * width].copy_from_slice(&pivot_row);
     }
-    Ok(pivot_column)
+    for (row, pivot) in a.chunks_exact(width.max(1)).zip(&mut pivots) {
+        *pivot = pivot.map_err(|_| row[..n].iter().fold(0.0, |left: f64, value| left.max(value.abs())));
+    }
+    pivots
+}
+
+/// Whether $G G^T$ has factors that solve: it tells at once what elimination tells at the third power of the number of equations.
+fn independent(equations: &[ConstraintEquation]) -> bool {
+    let scaled: Vec<_> = equations.iter().map(|equation| equation.scaled().0).collect();
+    let mut users: HashMap<usize, Vec<(u32, f64)>> = HashMap::new();
+    for (r, equation) in scaled.iter().enumerate() {
+        equation.iter().for_each(|&(k, c)| users.entry(k).or_default().push((r as u32, c)));
+    }
+    let (mut columns, mut values) = (vec![0], Vec::new());
+    let mut all = Vec::new();
+    for (r, equation) in scaled.iter().enumerate() {
+        let mut products: Vec<(u32, f64)> = Vec::new();
+        for (k, c) in equation {
+            products.extend(users[k].iter().filter(|user| user.0 as usize >= r).map(|&(other, d)| (other, c * d)));
+        }
+        for (other, product) in merged(products) {
+            all.push(other);
+            values.push(product);
+        }
+        columns.push(all.len());
+    }
+    let pattern = Pattern { columns, rows: Arc::new(all) };
+    let Ok(mut direct) = Direct::of(&pattern, MatrixClass::Definite, None) else { return false };
+    let system = LinearSystem::of(&values);
+    if !matches!(direct.factorize(&system), Ok(Some(inertia)) if inertia.negative == 0) {
+        return false;
+    }
+    let mut x: Vec<f64> = (0..scaled.len()).map(|k| (1.3 * k as f64).sin()).collect();
+    // Products of independent constraint equations are mass matrices with a condition of some thousand.
+    direct.solve(&system, &mut x, None).is_ok() && x.iter().all(|x| x.abs() < 1e10)
 }

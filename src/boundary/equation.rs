@@ -29,6 +29,13 @@ impl ConstraintEquation {
         self.entries.iter().map(|entry| entry.1.abs()).fold(0.0, f64::max)
     }
 
+    /// Its coefficients that are not zero over the largest one, and one over that.
+    pub(super) fn scaled(&self) -> (Vec<(usize, f64)>, f64) {
+        let largest = self.largest();
+        let entries = self.entries.iter().filter(|entry| entry.1 != 0.0);
+        (entries.map(|&(unknown, c)| (unknown, c / largest)).collect(), 1.0 / largest)
+    }
+
     /// $\sum_k |c_k|$, by which values of constraint equations over a boundary are divided to be lengths; about 1 at particles.
     pub(crate) fn measure(&self) -> f64 {
         self.entries.iter().map(|(_, c)| c.abs()).sum()

@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::boundary::dependent_rows;
+use crate::boundary::dependent;
 use crate::compiled::compiled;
 use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
 use crate::material::{Material, Past};
@@ -195,7 +195,7 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
     diagnosis.overruled = problem.equations().overruled().to_vec();
     let bodies = problem.discrete_bodies().iter();
     diagnosis.thin_walls = bodies.filter_map(|body| body.cells().left_thin().cloned()).collect();
-    diagnosis.dependent = dependent_rows(problem.equations().equations());
+    diagnosis.dependent = dependent(problem.equations().equations());
     diagnosis.free = free_motions(&problem, true);
     diagnosis.inside = fixed_inside(&problem);
     // A sheet takes its volume from its thickness, which is free.

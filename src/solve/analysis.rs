@@ -1,7 +1,7 @@
 //! Analyses: a model, its conditions, and the strategies that solve them.
 
 use crate::assembly::Model;
-use crate::boundary::{Constraints, Enforced, Enforcement, MixedTransformation, check_unknowns};
+use crate::boundary::{Constraints, Enforcement, MixedTransformation, Reduction, check_unknowns};
 use crate::error::{Cause, Error, Incompatible, Invalid, LinearError, SolveError};
 use crate::linear::{Direct, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
 
@@ -105,8 +105,9 @@ impl Analysis {
         check_model(model, equations)?;
         let apart = self.solver.keeps_pressures();
         let mut assembler = if apart { model.assembler_free() } else { model.assembler() };
-        let mut enforced = self.enforcement.bind(assembler.pattern(), equations)?;
-        if enforced.unknowns() == 0 {
+        let enforced = self.enforcement.bind(assembler.pattern(), equations)?;
+        let mut reduction = Reduction::new(enforced, assembler.pattern(), equations)?;
+        if reduction.unknowns() == 0 {
             return Err(SolveError::Empty {
                 what: NO_FREE,
                 remedy: "every displacement is prescribed: take more particles between the parts that are held, or evaluate the field instead",
@@ -114,34 +115,30 @@ impl Analysis {
             .into());
         }
         assembler.forget_rows();
-        let solver = self.bound_solver(model, &mut *enforced)?;
-        Ok(Equilibrium::bound(model, equations, assembler, (enforced, solver), self.stepping.smallest))
+        let solver = self.bound_solver(model, &mut reduction)?;
+        Ok(Equilibrium::bound(model, equations, assembler, (reduction, solver), self.stepping.smallest))
     }
 
-    /// A solver of its own for bound conditions: orders the unknowns, renumbers them where they can be, and has the solver look at their
+    /// A solver of its own for bound conditions: orders the unknowns, renumbers them, and has the solver look at their
     /// pattern.
     ///
     /// The orders are those that were measured to be fastest: a band for small bodies in the plane, minimum degree for
     /// larger ones, nested dissection in space. Multipliers, which have no place in the full vector, follow the last
-    /// unknowns of their rows. For conditions fresh from [`Enforcement::bind`], whose multipliers stand last.
+    /// unknowns of their rows. For a new [`Reduction`], whose multipliers stand last.
     ///
     /// # Errors
     /// As [`LinearSolver::analyze`].
-    pub fn bound_solver(
-        &self,
-        model: &Model,
-        enforced: &mut dyn Enforced,
-    ) -> Result<Box<dyn LinearSolver>, LinearError> {
+    pub fn bound_solver(&self, model: &Model, reduction: &mut Reduction) -> Result<Box<dyn LinearSolver>, LinearError> {
         let mut solver = self.solver.fresh();
         if solver.keeps_pressures() {
-            solver.analyze(enforced.pattern(), enforced.class(), None)?;
+            solver.analyze(&reduction.pattern, reduction.class(), None)?;
             return Ok(solver);
         }
-        let pattern = enforced.pattern();
-        let unknowns = enforced.unknowns();
-        let inner = (0..unknowns).take_while(|&k| enforced.full_index(k).is_some()).count();
+        let pattern = &reduction.pattern;
+        let unknowns = reduction.unknowns();
+        let inner = (0..unknowns).take_while(|&k| reduction.full_index(k).is_some()).count();
         let dim = model.dim();
-        let node = |k: usize| enforced.full_index(k).map(|full| full / dim);
+        let node = |k: usize| reduction.full_index(k).map(|full| full / dim);
         let coordinate = |k: usize, axis: usize| model.coordinates(node(k).unwrap_or(0))[axis];
         let mut order = match dim {
             // The patterns of ranks differ, their orders must not: along a curve, so that each rank holds a region.
@@ -157,8 +154,9 @@ impl Analysis {
         };
         order.truncate(inner);
         let order = after_their_rows(pattern, &order);
-        let order = if enforced.renumber(&order) { (0..unknowns).collect() } else { order };
-        solver.analyze(enforced.pattern(), enforced.class(), Some(&order))?;
+        reduction.renumber(&order);
+        let order: Vec<usize> = (0..unknowns).collect();
+        solver.analyze(&reduction.pattern, reduction.class(), Some(&order))?;
         Ok(solver)
     }
 }

@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 
 use crate::assembly::{Assembler, Model, System, release};
-use crate::boundary::{Constraints, Enforced};
+use crate::boundary::{Constraints, Reduction};
 use crate::error::{Cause, SolveError};
 use crate::linear::vector::norm;
 use crate::linear::{Inertia, LinearSolver, LinearSystem};
@@ -57,7 +57,7 @@ pub struct Equilibrium<'a> {
     pub(super) model: &'a Model,
     pub(super) equations: &'a Constraints,
     assembler: Assembler,
-    pub(super) enforced: Box<dyn Enforced>,
+    pub(super) reduction: Reduction,
     pub(super) solver: Box<dyn LinearSolver>,
     product: Multiply<'a>,
     /// Forces at the last state, and what the matrix has beside its reduced part.
@@ -105,7 +105,7 @@ impl<'a> Equilibrium<'a> {
         model: &'a Model,
         equations: &'a Constraints,
         assembler: Assembler,
-        (enforced, solver): (Box<dyn Enforced>, Box<dyn LinearSolver>),
+        (reduction, solver): (Reduction, Box<dyn LinearSolver>),
         smallest: f64,
     ) -> Self {
         let mut break_points: Vec<f64> = model.break_points().into_iter().chain(equations.break_points()).collect();
@@ -117,7 +117,7 @@ impl<'a> Equilibrium<'a> {
             model,
             equations,
             assembler,
-            enforced,
+            reduction,
             solver,
             product: Box::new(|zone, x, product| model.multiply_zone(zone, x, product)),
             system: System::default(),
@@ -161,7 +161,7 @@ impl<'a> Equilibrium<'a> {
             let diagonal = self.assembler.pattern().columns.split_last().map_or(&[][..], |(_, columns)| columns);
             shift_diagonal(&mut self.system.values, diagonal, shift);
         }
-        self.enforced.reduce(&self.system, &mut self.values);
+        self.reduction.reduce(&self.system, &mut self.values);
         self.system.release();
         let (solver, reduced) = self.reduced();
         let inertia = solver.factorize(&LinearSystem { state: state.into(), ..reduced })?;
@@ -266,7 +266,7 @@ impl<'a> Equilibrium<'a> {
             return;
         }
         let residual = self.model.at_own(&*state).residual();
-        self.enforced.react(&residual, &mut state.multipliers);
+        self.reduction.react(&residual, &mut state.multipliers);
     }
 
     /// The error that a step of time from an accepted state to a converged one leaves in the stress, relative to the stress (root of the
@@ -314,14 +314,14 @@ impl<'a> Equilibrium<'a> {
 
     /// Negative pivots less constraints at the last factorisation, where the solver knows them.
     pub(super) fn unstable_modes(&self) -> Option<usize> {
-        let constraints = self.enforced.class().constraints();
+        let constraints = self.reduction.class().constraints();
         self.inertia.map(|inertia| inertia.negative.saturating_sub(constraints))
     }
 
     /// Bytes of the reduced matrix, a value and a row index for each entry, and of its factors, where the solver tells them.
     pub(super) fn bytes(&self) -> usize {
         let entry = size_of::<f64>() + size_of::<u32>();
-        entry * self.enforced.pattern().entries() + self.solver.bytes().unwrap_or(0)
+        entry * self.reduction.pattern.entries() + self.solver.bytes().unwrap_or(0)
     }
 
     /// The solver, and the system that it has factorised: solutions look at the matrix alone, the state moves on.
@@ -345,7 +345,7 @@ impl<'a> Equilibrium<'a> {
 
     fn linearized(&self) -> Linearized {
         let mut imbalance = Vec::new();
-        self.enforced.imbalance(&self.system.residual, &self.multipliers, &mut imbalance);
+        self.reduction.imbalance(&self.system.residual, &self.multipliers, &mut imbalance);
         // Violations of equations over a boundary are lengths times areas.
         let off = self.violation.iter().zip(self.equations.equations());
         let violation: f64 = off.map(|(off, equation)| (off / equation.measure()).powi(2)).sum();
@@ -364,7 +364,7 @@ impl<'a> Equilibrium<'a> {
         self.solver.release();
         release(&mut self.values);
         self.values.clear();
-        self.values.reserve_exact(self.enforced.pattern().entries());
+        self.values.reserve_exact(self.reduction.pattern.entries());
     }
 }
 

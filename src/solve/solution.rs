@@ -98,7 +98,7 @@ impl Equilibrium<'_> {
     /// The increment for a force, and changes of the values of the constraint equations.
     fn solve_for(&mut self, force: &[f64], jump: &[f64], kept: Kept) -> Result<Increment, LinearError> {
         let mut rhs = Vec::new();
-        self.enforced.restrict(force, jump, &self.system, &mut rhs);
+        self.reduction.restrict(force, jump, &self.system, &mut rhs);
         let gap = |zone: &Zone| if kept == Kept::Gaps { zone.gap() } else { [0.0; 4] };
         let mut step = Increment {
             displacement: vec![0.0; force.len()],
@@ -109,10 +109,10 @@ impl Equilibrium<'_> {
         let pressures = (kept != Kept::Fully).then_some(&mut step.kept[..]);
         let (solution, left) = self.solve_reduced(&rhs, pressures, kept == Kept::Fully)?;
         step.left = left;
-        self.enforced.recover(&solution, jump, &mut step.displacement, &mut step.multipliers);
+        self.reduction.recover(&solution, jump, &mut step.displacement, &mut step.multipliers);
         let mut residual: Vec<f64> = force.iter().map(|force| -force).collect();
-        self.enforced.stiffen(&step.displacement, &self.system, &mut residual);
-        self.enforced.react(&residual, &mut step.multipliers);
+        self.reduction.stiffen(&step.displacement, &self.system, &mut residual);
+        self.reduction.react(&residual, &mut step.multipliers);
         Ok(step)
     }
 
@@ -139,7 +139,7 @@ impl Equilibrium<'_> {
         for sweep in 0.. {
             correction.clear();
             correction.resize(rhs.len(), 0.0);
-            self.enforced.pattern().multiply_add(&self.values, &solution, &mut correction);
+            self.reduction.pattern.multiply_add(&self.values, &solution, &mut correction);
             if !symmetric {
                 self.skew_product(&solution, &mut skew);
                 correction.iter_mut().zip(&skew).for_each(|(p, s)| *p += s);
@@ -204,9 +204,9 @@ impl Equilibrium<'_> {
     fn skew_product(&self, x: &[f64], product: &mut Vec<f64>) {
         let (mut full, mut moved) = (vec![0.0; self.model.unknowns()], vec![0.0; self.model.unknowns()]);
         let zeros = vec![0.0; self.equations.len()];
-        self.enforced.recover(x, &zeros, &mut full, &mut zeros.clone());
+        self.reduction.recover(x, &zeros, &mut full, &mut zeros.clone());
         self.system.skew_multiply_add(&full, &mut moved);
-        self.enforced.project(&moved, product);
+        self.reduction.project(&moved, product);
     }
 
     /// The displacement that the last matrix resists least, by inverse iteration: a mode of an unstable state, or a soft one beside it.
@@ -221,10 +221,10 @@ impl Equilibrium<'_> {
         let (mut reduced_mode, zeros) = (Vec::new(), vec![0.0; self.equations.len()]);
         let mut unused = zeros.clone();
         for _ in 0..INVERSE_ITERATIONS {
-            self.enforced.project(&mode, &mut reduced_mode);
+            self.reduction.project(&mode, &mut reduced_mode);
             let (solver, reduced) = self.reduced();
             solver.solve(&reduced, &mut reduced_mode, None)?;
-            self.enforced.recover(&reduced_mode, &zeros, &mut mode, &mut unused);
+            self.reduction.recover(&reduced_mode, &zeros, &mut mode, &mut unused);
             let size = norm(&mode);
             if !(size > 0.0 && size.is_finite()) {
                 return Err(LinearError::Residual { residual: size }.into());

@@ -2,7 +2,8 @@
 #![cfg(feature = "solve")]
 
 use approx::{abs_diff_eq, assert_abs_diff_eq};
-use rkpm::boundary::ConstraintEquation;
+use rkpm::assembly::Pattern;
+use rkpm::boundary::{ConstraintEquation, Eliminated, Enforced, Enforcement};
 use rkpm::cells::Lattice;
 use rkpm::error::{ApproximationError, BoundaryError, GeometryError, MaterialError, SolveError};
 use rkpm::prelude::*;
@@ -826,6 +827,37 @@ fn rows_that_depend_on_each_other() {
         Error::Boundary(BoundaryError::Unsuitable { .. }),
         ["the limit is 2", "Lagrange multipliers"]
     );
+}
+
+/// Matrices as they are given.
+struct Given(Enforced);
+
+impl Enforcement for Given {
+    fn bind(&self, _: &Pattern, _: &Constraints) -> Result<Enforced, BoundaryError> {
+        Ok(self.0.clone())
+    }
+}
+
+#[test]
+fn enforcements_that_do_not_fit() {
+    let mut problem = sound().discretize(&coarse()).unwrap();
+    let mut refused = |enforced: Enforced, words: &[&str]| {
+        problem.analysis_mut().enforcement = Box::new(Given(enforced));
+        refused!(problem.run().unwrap_err(), Error::Boundary(BoundaryError::Unsuitable { .. }), words);
+    };
+    let block =
+        Eliminated { unknowns: vec![0], free: vec![3], transfer: vec![0.5], equations: vec![0], offsets: vec![1.0] };
+    let of = |eliminated: Vec<Eliminated>| Enforced { eliminated, multipliers: true, ..Enforced::default() };
+    refused(Enforced::default(), &["u_0 on face (0, Min)", "is not enforced", "take multipliers"]);
+    refused(Enforced { penalty: vec![1.0], ..Enforced::default() }, &["a penalty of at least 0 for each"]);
+    refused(Enforced { penalty: vec![-1.0; 12], ..Enforced::default() }, &["a penalty of at least 0 for each"]);
+    refused(of(vec![Eliminated { transfer: Vec::new(), ..block.clone() }]), &["a row of W and V"]);
+    refused(of(vec![Eliminated { free: vec![400], ..block.clone() }]), &["no unknown 400"]);
+    refused(of(vec![Eliminated { unknowns: vec![400], ..block.clone() }]), &["unknown 400"]);
+    refused(of(vec![Eliminated { equations: vec![400], ..block.clone() }]), &["constraint equation 400"]);
+    refused(of(vec![block.clone(), block.clone()]), &["unknown 0", "once"]);
+    // The equations over the face share their unknowns.
+    refused(of(vec![block]), &["has unknowns that others express", "together"]);
 }
 
 #[test]

@@ -1,5 +1,5 @@
 use rkpm::assembly::Pattern;
-use rkpm::boundary::{ConstraintEquation, Enforcement};
+use rkpm::boundary::{ConstraintEquation, Enforcement, Reduction};
 use rkpm::linear::{LinearSolver, LinearSystem, MatrixClass, nested_dissection};
 use rkpm::prelude::*;
 
@@ -63,8 +63,9 @@ pub fn rows(input: &mut Input) {
     let size = if input.once_in(6) { input.random.usize(0..20) } else { 18 };
     let size = input.saw("size", size);
     let pattern = Pattern::from_columns((0..size).map(|c| (c as u32..size as u32).collect()).collect());
-    input.passed = MixedTransformation::default().bind(&pattern, &rows).is_ok();
-    let _ = LagrangeMultipliers.bind(&pattern, &rows);
+    let bound = |enforcement: &dyn Enforcement| Reduction::new(enforcement.bind(&pattern, &rows)?, &pattern, &rows);
+    input.passed = bound(&MixedTransformation::default()).is_ok();
+    let _ = bound(&LagrangeMultipliers);
 }
 
 pub fn matrices(input: &mut Input) {

@@ -1,9 +1,8 @@
 //! The paper's transformation of all particles (4.28)–(4.45).
 
-use rkpm::assembly::{Pattern, System};
-use rkpm::boundary::{Enforced, Enforcement};
+use rkpm::assembly::Pattern;
+use rkpm::boundary::{Eliminated, Enforced, Enforcement};
 use rkpm::error::BoundaryError;
-use rkpm::linear::MatrixClass;
 use rkpm::nalgebra::DMatrix;
 use rkpm::prelude::*;
 
@@ -48,20 +47,8 @@ impl FullTransformation {
     }
 }
 
-struct Bound {
-    full: Pattern,
-    pattern: Pattern,
-    inverse: DMatrix<f64>,
-    dimension: usize,
-    /// Values at particles that are unknown, and the row that prescribes each of the others.
-    free: Vec<usize>,
-    prescribed: Vec<(usize, usize, f64)>,
-    /// Of the full matrix that was reduced last.
-    values: Vec<f64>,
-}
-
 impl Enforcement for FullTransformation {
-    fn bind(&self, pattern: &Pattern, equations: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
+    fn bind(&self, pattern: &Pattern, equations: &Constraints) -> Result<Enforced, BoundaryError> {
         let particles = self.inverse.nrows();
         let size = pattern.size();
         let unsuitable = |reason: String| BoundaryError::Unsuitable { enforcement: "full transformation", reason };
@@ -97,143 +84,20 @@ impl Enforcement for FullTransformation {
                 return Err(BoundaryError::Dependent { equation: r, what: equation.label.clone(), pivot: 0.0 });
             }
         }
-        let free: Vec<usize> = (0..size).filter(|&u| row_of[u].is_none()).collect();
-        let prescribed = (0..size).filter_map(|u| row_of[u].map(|(r, scale)| (u, r, scale))).collect();
-        let n = free.len();
-        let dense = Pattern::from_columns((0..n).map(|c| (c as u32..n as u32).collect()).collect());
-        Ok(Box::new(Bound {
-            full: pattern.clone(),
-            pattern: dense,
-            inverse: self.inverse.clone(),
-            dimension,
-            free,
-            prescribed,
-            values: Vec::new(),
-        }))
-    }
-}
-
-impl Bound {
-    /// $d = A^{-T}\hat d$, component by component.
-    fn coefficients(&self, values: &[f64], out: &mut [f64]) {
-        let d = self.dimension;
-        out.fill(0.0);
-        for k in 0..self.inverse.ncols() {
-            for i in 0..self.inverse.nrows() {
-                let t = self.inverse[(i, k)];
-                for c in 0..d {
-                    out[i * d + c] += t * values[k * d + c];
-                }
+        // By component, for the transformation does not couple them: d = A^{-T} d̂, where what is prescribed of d̂ is known.
+        let eliminated = (0..dimension).map(|component| {
+            let unknowns: Vec<usize> = (0..particles).map(|particle| particle * dimension + component).collect();
+            let (known, free): (Vec<usize>, Vec<usize>) =
+                unknowns.iter().partition(|&&unknown| row_of[unknown].is_some());
+            let (mut transfer, mut offsets) = (Vec::new(), Vec::new());
+            for i in 0..particles {
+                transfer.extend(free.iter().map(|&unknown| self.inverse[(i, unknown / dimension)]));
+                let prescribed = known.iter().filter_map(|&unknown| Some((unknown, row_of[unknown]?.1)));
+                offsets.extend(prescribed.map(|(unknown, scale)| self.inverse[(i, unknown / dimension)] / scale));
             }
-        }
-    }
-
-    /// $A^{-1} f$, component by component: the nodal forces $\Lambda^{-1}f$ of (4.43).
-    fn nodal(&self, force: &[f64]) -> Vec<f64> {
-        let d = self.dimension;
-        let mut out = vec![0.0; force.len()];
-        for k in 0..self.inverse.ncols() {
-            for i in 0..self.inverse.nrows() {
-                let t = self.inverse[(i, k)];
-                for c in 0..d {
-                    out[k * d + c] += t * force[i * d + c];
-                }
-            }
-        }
-        out
-    }
-}
-
-impl Enforced for Bound {
-    fn pattern(&self) -> &Pattern {
-        &self.pattern
-    }
-
-    fn class(&self) -> MatrixClass {
-        MatrixClass::Definite
-    }
-
-    fn unknowns(&self) -> usize {
-        self.free.len()
-    }
-
-    fn reduce(&mut self, full: &System, values: &mut Vec<f64>) {
-        let size = self.full.size();
-        let d = self.dimension;
-        self.values.clone_from(&full.values);
-        let mut k = DMatrix::zeros(size, size);
-        for column in 0..size {
-            for entry in self.full.columns[column]..self.full.columns[column + 1] {
-                let row = self.full.rows[entry] as usize;
-                k[(row, column)] = full.values[entry];
-                k[(column, row)] = full.values[entry];
-            }
-        }
-        let particles = self.inverse.nrows();
-        let mut transformation = DMatrix::zeros(size, size);
-        for i in 0..particles {
-            for j in 0..particles {
-                for c in 0..d {
-                    transformation[(i * d + c, j * d + c)] = self.inverse[(i, j)];
-                }
-            }
-        }
-        let reduced = transformation.tr_mul(&(k * &transformation));
-        values.clear();
-        for (c, &column) in self.free.iter().enumerate() {
-            values.extend(self.free[c..].iter().map(|&row| reduced[(row, column)]));
-        }
-    }
-
-    fn restrict(&self, force: &[f64], violation: &[f64], full: &System, rhs: &mut Vec<f64>) {
-        let size = self.full.size();
-        let mut values = vec![0.0; size];
-        for &(unknown, equation, scale) in &self.prescribed {
-            values[unknown] = violation[equation] / scale;
-        }
-        let mut jump = vec![0.0; size];
-        self.coefficients(&values, &mut jump);
-        let mut product = vec![0.0; size];
-        self.full.multiply_add(&self.values, &jump, &mut product);
-        full.skew_multiply_add(&jump, &mut product);
-        for (p, f) in product.iter_mut().zip(force) {
-            *p = f - *p;
-        }
-        self.project(&product, rhs);
-    }
-
-    fn project(&self, full: &[f64], out: &mut Vec<f64>) {
-        let nodal = self.nodal(full);
-        out.clear();
-        out.extend(self.free.iter().map(|&u| nodal[u]));
-    }
-
-    fn stiffen(&self, step: &[f64], full: &System, residual: &mut [f64]) {
-        let mut product = vec![0.0; residual.len()];
-        self.full.multiply_add(&self.values, step, &mut product);
-        full.skew_multiply_add(step, &mut product);
-        residual.iter_mut().zip(&product).for_each(|(r, p)| *r += p);
-    }
-
-    fn react(&self, residual: &[f64], multipliers: &mut [f64]) {
-        let nodal = self.nodal(residual);
-        for &(unknown, equation, scale) in &self.prescribed {
-            multipliers[equation] = -nodal[unknown] / scale;
-        }
-    }
-
-    fn recover(&self, solved: &[f64], violation: &[f64], step: &mut [f64], _multipliers: &mut [f64]) {
-        let mut values = vec![0.0; self.full.size()];
-        for (&unknown, value) in self.free.iter().zip(solved) {
-            values[unknown] = *value;
-        }
-        for &(unknown, equation, scale) in &self.prescribed {
-            values[unknown] = violation[equation] / scale;
-        }
-        self.coefficients(&values, step);
-    }
-
-    fn full_index(&self, reduced: usize) -> Option<usize> {
-        self.free.get(reduced).copied()
+            let equations = known.iter().filter_map(|&unknown| Some(row_of[unknown]?.0)).collect();
+            Eliminated { unknowns, free, transfer, equations, offsets }
+        });
+        Ok(Enforced { eliminated: eliminated.collect(), ..Enforced::default() })
     }
 }
