@@ -48,19 +48,19 @@ impl Constraints {
             };
             let normal = normals.get(place).copied().unwrap_or_else(Point::zeros);
             let requested = prescription.at(&at, &normal)?;
-            if is_redundant(self.prescriptions(AT_PARTICLES, particle), &requested, &at, rounding)? {
+            if is_redundant(self.prescriptions(AT_PARTICLES, particle), &requested, at.as_slice(), rounding)? {
                 continue;
             }
             approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
             check_values(&psi, approximation.nodes().len(), &at)?;
-            let direction = requested.direction::<D>();
+            let direction = requested.direction;
             let mut entries = Vec::with_capacity(psi.nodes.len());
             for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
                 let parts = (0..D).filter(|&i| direction[i] != 0.0);
                 entries.extend(parts.map(|i| (node as usize * D + i, value * direction[i])));
             }
             let value = prescription.value(vec![(at, 1.0)]);
-            self.own::<D>((AT_PARTICLES, particle), requested, entries, value)?;
+            self.own(D, (AT_PARTICLES, particle), requested, entries, value)?;
         }
         Ok(())
     }

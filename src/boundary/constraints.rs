@@ -88,17 +88,18 @@ impl Constraints {
     }
 
     /// Adds the constraint equation of a particle along a direction.
-    pub(super) fn own<const D: usize>(
+    pub(super) fn own(
         &mut self,
+        dim: usize,
         (by, particle): (usize, usize),
         mut requested: PrescribedDirection,
         entries: Vec<(usize, f64)>,
         (target, amplitude): (f64, Amplitude),
     ) -> Result<(), BoundaryError> {
-        let taken = |equation: usize| self.equations[equation].dependent % D;
-        let own = own_component(self.prescriptions(by, particle), &requested.direction::<D>(), taken);
+        let taken = |equation: usize| self.equations[equation].dependent % dim;
+        let own = own_component(self.prescriptions(by, particle), &requested.direction[..dim], taken);
         requested.equation = self.equations.len();
-        let (dependent, label) = (particle * D + own, requested.label.clone());
+        let (dependent, label) = (particle * dim + own, requested.label.clone());
         self.push(ConstraintEquation { entries, dependent, target, amplitude, label })?;
         self.prescribed[by].entry(particle).or_default().push(requested);
         Ok(())

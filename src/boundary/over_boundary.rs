@@ -88,7 +88,7 @@ impl Constraints {
                 Some(yielded) => yielded.contains(&particle),
                 // Both conditions hold at the corner, whoever owns it: merged without a look, the later one would be spread
                 // over its neighbours and the answer depend on the order.
-                None => is_redundant(prescriptions, &wanted, &at, rounding)?,
+                None => is_redundant(prescriptions, &wanted, at.as_slice(), rounding)?,
             };
             requested.insert(particle, (wanted, again));
         }
@@ -113,7 +113,7 @@ impl Constraints {
             let entries = summed(&parts, prescription.axis().unwrap_or(0));
             // The trace functions carry their measure: a multiplier is a traction [stress], whatever the spacing.
             let Some((wanted, _)) = requested.remove(&particle) else { continue };
-            self.own::<D>((OVER_BOUNDARY, particle as usize), wanted, entries, prescription.value(points))?;
+            self.own(D, (OVER_BOUNDARY, particle as usize), wanted, entries, prescription.value(points))?;
         }
         Ok(())
     }

@@ -77,11 +77,11 @@ impl Claims {
                 let at = nodes[particle as usize];
                 let normal = normals.get(&particle).copied().unwrap_or_else(Point::zeros);
                 let wanted = prescription.at(&at, &normal)?;
-                let facing = first + wanted.direction::<D>().dot(&normal).abs();
+                let facing = first + wanted.facing(normal.as_slice());
                 let known = self.of.get(&particle).map_or(&[][..], Vec::as_slice);
                 let equal = known.iter().filter(|claim| (claim.facing - facing).abs() <= TIE);
                 let equal: Vec<PrescribedDirection> = equal.map(|claim| claim.prescription.clone()).collect();
-                is_redundant(&equal, &wanted, &at, rounding)?;
+                is_redundant(&equal, &wanted, at.as_slice(), rounding)?;
                 made.push((particle, Claim { piece: self.pieces + place, facing, prescription: wanted }));
             }
         }
@@ -110,7 +110,8 @@ impl Claims {
                 owners.iter().map(|&claim| claims[claim].prescription.clone()).collect();
             for (_, claim) in claims.iter().enumerate().filter(|(number, _)| !owners.contains(number)) {
                 settled.yielded[claim.piece].insert(*particle);
-                let repeated = is_redundant(&prescriptions, &claim.prescription, &nodes[*particle as usize], rounding);
+                let repeated =
+                    is_redundant(&prescriptions, &claim.prescription, nodes[*particle as usize].as_slice(), rounding);
                 if let Err(BoundaryError::Conflict { first: owner, second: other, component, at, values }) = repeated
                     && known.insert((owner.clone(), other.clone()))
                 {

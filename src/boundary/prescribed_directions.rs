@@ -17,7 +17,7 @@ const EXACT: f64 = 1e-9;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PrescribedDirection {
     /// The unit vector, padded by zeros.
-    direction: [f64; 3],
+    pub(super) direction: [f64; 3],
     pub(super) label: String,
     target: f64,
     amplitude: Amplitude,
@@ -31,8 +31,9 @@ impl PrescribedDirection {
         PrescribedDirection { direction, label: label.to_string(), target, amplitude, equation: 0 }
     }
 
-    pub(crate) fn direction<const D: usize>(&self) -> Point<D> {
-        padded(&self.direction.into())
+    /// $|n\cdot e|$ with a normal.
+    pub(super) fn facing(&self, normal: &[f64]) -> f64 {
+        dot(&self.direction, normal).abs()
     }
 }
 
@@ -71,10 +72,10 @@ pub(crate) fn repeats(prescriptions: &[PrescribedDirection], requested: &Prescri
 ///
 /// # Errors
 /// Where it prescribes another value.
-pub(crate) fn is_redundant<const D: usize>(
+pub(crate) fn is_redundant(
     prescriptions: &[PrescribedDirection],
     requested: &PrescribedDirection,
-    at: &Point<D>,
+    at: &[f64],
     rounding: f64,
 ) -> Result<bool, BoundaryError> {
     if prescriptions.is_empty() {
@@ -87,8 +88,8 @@ pub(crate) fn is_redundant<const D: usize>(
     if rest > EXACT {
         return Ok(true);
     }
-    let component =
-        (0..D).max_by(|&i, &j| requested.direction[i].abs().total_cmp(&requested.direction[j].abs())).unwrap_or(0);
+    let size = |i: usize| requested.direction[i].abs();
+    let component = (0..at.len()).max_by(|&i, &j| size(i).total_cmp(&size(j))).unwrap_or(0);
     let involved: Vec<(&PrescribedDirection, f64)> =
         prescriptions.iter().zip(parts).filter(|(_, part)| part.abs() > EXACT).collect();
     let second = (requested.label.as_str(), requested.target, &requested.amplitude);
@@ -118,13 +119,13 @@ pub(crate) fn spans(prescriptions: &[PrescribedDirection], component: usize) -> 
 }
 
 /// The component of the unknown that a constraint equation along a direction owns: its largest one that no earlier constraint equation of the particle has.
-pub(crate) fn own_component<const D: usize>(
+pub(crate) fn own_component(
     prescriptions: &[PrescribedDirection],
-    direction: &Point<D>,
+    direction: &[f64],
     owned: impl Fn(usize) -> usize,
 ) -> usize {
     let taken = |i: &usize| prescriptions.iter().any(|prescription| owned(prescription.equation) == *i);
-    (0..D)
+    (0..direction.len())
         .filter(|i| !taken(i))
         .max_by(|&i, &j| direction[i].abs().total_cmp(&direction[j].abs()).then(j.cmp(&i)))
         .unwrap_or(0)
@@ -132,11 +133,11 @@ pub(crate) fn own_component<const D: usize>(
 
 /// Refuses two conditions (label, target, amplitude) on one component that say different things at a point, with the
 /// values at the full load, or at the first load found where they differ.
-pub(crate) fn check_agreement<const D: usize>(
+pub(crate) fn check_agreement(
     first: (&str, f64, &Amplitude),
     second: (&str, f64, &Amplitude),
     component: usize,
-    at: &Point<D>,
+    at: &[f64],
     rounding: f64,
 ) -> Result<(), BoundaryError> {
     let same = |[a, b]: [f64; 2]| (a - b).abs() <= rounding + 1e-12 * a.abs().max(b.abs());
@@ -156,7 +157,7 @@ pub(crate) fn check_agreement<const D: usize>(
         }
     }
     let (first, second) = (first.0.to_string(), second.0.to_string());
-    Err(BoundaryError::Conflict { first, second, component, at: at.as_slice().to_vec(), values })
+    Err(BoundaryError::Conflict { first, second, component, at: at.to_vec(), values })
 }
 
 #[cfg(test)]
@@ -169,7 +170,7 @@ mod tests {
 
     #[test]
     fn a_direction_between_two_claimed_ones_repeats_them() {
-        let at = Point::<2>::zeros();
+        let at = [0.0; 2];
         let prescriptions = [prescription([1.0, 0.0], 0.3), prescription([0.6, 0.8], 0.5)];
         // u = (0.3, 0.4): along the second axis 0.4.
         assert!(is_redundant(&prescriptions, &prescription([0.0, 1.0], 0.4), &at, 0.0).unwrap());

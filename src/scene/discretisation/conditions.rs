@@ -191,7 +191,7 @@ fn lies_on_part<const D: usize>(
         }
     }
     let requested = single.at(at, &Point::zeros())?;
-    Ok(is_redundant(&prescriptions, &requested, at, rounding(cells.positions()))?)
+    Ok(is_redundant(&prescriptions, &requested, at.as_slice(), rounding(cells.positions()))?)
 }
 
 /// The outward normals of a part at some of its particles, where a direction asks for them.

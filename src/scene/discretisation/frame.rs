@@ -86,15 +86,14 @@ impl<const D: usize> Frame<D> {
             let values = self.values(&positions[k / D]);
             sums.iter_mut().zip(values).for_each(|(sum, value)| sum[k % D] -= c * value);
         }
-        let mut entries = Vec::with_capacity((D + 1) * D);
-        for k in 0..=D {
-            for i in 0..D {
-                if sums[k][i] != 0.0 {
-                    entries.push(((self.first + k) * D + i, sums[k][i]));
-                }
-            }
-        }
-        entries
+        self.entries(0.0, |k, i| sums[k][i])
+    }
+
+    /// Entries over its unknowns, by node and axis, that are more than rounding.
+    fn entries(&self, rounding: f64, value: impl Fn(usize, usize) -> f64) -> Vec<(usize, f64)> {
+        let all = (0..=D).flat_map(|k| (0..D).map(move |i| (k, i)));
+        let entry = |(k, i)| ((self.first + k) * D + i, value(k, i));
+        all.map(entry).filter(|entry| entry.1.abs() > rounding).collect()
     }
 
     /// $F - 1$ of the frame.
@@ -165,15 +164,7 @@ impl<const D: usize> Frame<D> {
                 let (target, amplitude) = single.value(vec![(*x, 1.0)]);
                 let label = single.label().to_string();
                 let values = self.values(x);
-                let mut entries: Vec<(usize, f64)> = Vec::with_capacity((D + 1) * D);
-                for k in 0..=D {
-                    for i in 0..D {
-                        let entry = values[k] * unit[i];
-                        if entry.abs() > 1e-14 {
-                            entries.push(((self.first + k) * D + i, entry));
-                        }
-                    }
-                }
+                let entries = self.entries(1e-14, |k, i| values[k] * unit[i]);
                 let largest = entries.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
                 let dependent = largest.map_or(self.first * D, |entry| entry.0);
                 equations.push(ConstraintEquation { entries, dependent, target, amplitude, label })?;
