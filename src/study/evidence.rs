@@ -5,10 +5,10 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector, Matrix3, SVector};
 
 use crate::error::Error;
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::material::{Material, Past};
 use crate::neighbours::BoxTree;
-use crate::scene::{DiscreteBody, Problem, coefficients, values};
+use crate::scene::{BodyView, DiscreteBody, Problem, coefficients, values};
 use crate::shape::ShapeFunctions;
 use crate::tensor::cofactor;
 
@@ -227,8 +227,8 @@ struct Carry<'a, const D: usize> {
     /// Nodes of the body among those of the other.
     nodes: Range<usize>,
     /// Functions of the one, and of the other, at the particles of the other.
-    given: Vec<ShapeFunctions<D>>,
-    own: Vec<ShapeFunctions<D>>,
+    given: Vec<ShapeFunctions<3>>,
+    own: Vec<ShapeFunctions<3>>,
     /// For each point of the other the nearest cluster of the one, and where the point lies.
     clusters: Vec<usize>,
     positions: &'a [Point<D>],
@@ -239,8 +239,8 @@ impl<'a, const D: usize> Carry<'a, D> {
         let to = &to.discrete_bodies()[number];
         let number = from.discrete_bodies().iter().position(|other| other.name() == to.name()).unwrap_or(0);
         let from = &from.discrete_bodies()[number];
-        let particles = to.cells().positions();
-        let (given, own) = (from.values_at(particles)?, to.values_at(particles)?);
+        let particles: Vec<Point<3>> = to.cells().positions().iter().map(padded).collect();
+        let (given, own) = (BodyView::values_at(from, &particles)?, BodyView::values_at(to, &particles)?);
         let given = given.into_iter().map(|psi| psi.shifted(from.nodes().start)).collect();
         let table = from.body().table();
         let nearest = BoxTree::of(table.positions());
@@ -255,7 +255,7 @@ impl<'a, const D: usize> Carry<'a, D> {
 
     /// The coefficients whose values at the particles are those of the given field.
     fn field(&self, field: &[f64]) -> Vec<f64> {
-        coefficients(&self.own, values(&self.given, field))
+        coefficients(D, &self.own, values(D, &self.given, field))
     }
 
     /// Values at the points of one table at those of the other, by linear functions in each cluster.

@@ -63,11 +63,16 @@ pub struct Picture {
 impl Picture {
     /// Faces by their corners around; points in the plane have two coordinates.
     pub fn new<const D: usize>(points: &[SVector<f64, D>], faces: Vec<Vec<usize>>) -> Self {
+        Picture::of(points.iter().map(padded).collect(), D < 3, faces)
+    }
+
+    /// The same of points with three coordinates, which may lie in the plane.
+    pub(crate) fn of(points: Vec<Vector3<f64>>, flat: bool, faces: Vec<Vec<usize>>) -> Self {
         Picture {
-            points: points.iter().map(padded).collect(),
+            points,
             faces,
             lines: None,
-            flat: D < 3,
+            flat,
             closed: false,
             rest: None,
             values: Vec::new(),
@@ -104,8 +109,8 @@ impl Picture {
 
     /// Says where the points are at rest: edges are those of the part at rest.
     #[must_use]
-    pub(crate) fn at_rest<const D: usize>(mut self, points: &[SVector<f64, D>]) -> Self {
-        self.rest = Some(points.iter().map(padded).collect());
+    pub(crate) fn at_rest(mut self, points: Vec<Vector3<f64>>) -> Self {
+        self.rest = Some(points);
         self
     }
 

@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
-use crate::assembly::Ranks;
 use crate::cells::Cells;
 use crate::error::{ApproximationError, Error, SolveError};
 use crate::geometry::Point;
@@ -132,11 +131,6 @@ impl<const D: usize> DiscreteBody<D> {
         Ok(self.weighted(&self.approximation.shape_functions(at)?, state))
     }
 
-    /// Displacements at many points, by their values alone.
-    pub(crate) fn displacements_at(&self, points: &[Point<D>], state: &State) -> Result<Vec<Point<D>>, Error> {
-        Ok(self.values_at(points)?.iter().map(|psi| self.weighted(psi, state)).collect())
-    }
-
     /// Displacements at its particles \[length\].
     ///
     /// # Errors
@@ -176,61 +170,5 @@ impl<const D: usize> DiscreteBody<D> {
     /// The same of the part that is proportional to the bulk modulus.
     pub(crate) fn bulk_pressures(&self, number: usize, state: &State) -> Option<Vec<f64>> {
         self.body.bulk_pressures(state.view(number)?)
-    }
-
-    /// Deformation gradients at the points of the body's table, in a sheet with the thickness that its history leaves.
-    pub(crate) fn settled_gradients(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
-        let Some(view) = state.view(number) else { return Vec::new() };
-        (0..self.body.table().len()).map(|point| self.body.deformation_in(point, view)).collect()
-    }
-
-    /// Cauchy stresses at the points of the body's table.
-    pub(crate) fn stresses(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
-        let Some(view) = state.view(number) else { return Vec::new() };
-        let gradients = self.settled_gradients(number, state);
-        let pressures = self.pressures(number, state);
-        let cauchy = |(point, f): (usize, &Matrix3<f64>)| {
-            let stress = self.body.stress(point, f, view) * f.transpose() / f.determinant();
-            match &pressures {
-                Some(p) => stress + Matrix3::identity() * (p[point] - stress.trace() / 3.0),
-                None => stress,
-            }
-        };
-        gradients.iter().enumerate().map(cauchy).collect()
-    }
-
-    /// Values at the points of the body's table averaged at its particles; see
-    /// [`Problem::at_particles`](crate::scene::Problem::at_particles).
-    pub(crate) fn at_particles(&self, values: &[Matrix3<f64>], ranks: Option<&dyn Ranks>) -> Vec<Matrix3<f64>> {
-        let table = self.body.table();
-        let particles = self.cells.positions();
-        let spacings: Vec<Point<D>> = (0..particles.len()).map(|node| self.cells.spacings(node)).collect();
-        let mut sums = vec![(0.0, Matrix3::zeros()); particles.len()];
-        for (point, value) in values.iter().enumerate() {
-            for &node in table.nodes(point) {
-                let node = node as usize - self.nodes.start;
-                let offset = particles[node] - table.positions()[point];
-                let trace = |i: usize| (1.0 - offset[i].abs() / spacings[node][i]).max(0.0);
-                let near: f64 = (0..D).map(trace).product();
-                if near > 0.0 {
-                    let weight = near * table.weights()[point];
-                    let (total, sum) = &mut sums[node];
-                    *total += weight;
-                    *sum += value * weight;
-                }
-            }
-        }
-        if let Some(ranks) = ranks {
-            let mut all: Vec<f64> = Vec::with_capacity(10 * sums.len());
-            sums.iter().for_each(|(total, sum)| {
-                all.push(*total);
-                all.extend(sum.iter());
-            });
-            ranks.sum(&mut all);
-            for ((total, sum), all) in sums.iter_mut().zip(all.chunks_exact(10)) {
-                (*total, *sum) = (all[0], Matrix3::from_column_slice(&all[1..]));
-            }
-        }
-        sums.into_iter().map(|(total, sum)| if total > 0.0 { sum / total } else { sum }).collect()
     }
 }

@@ -164,17 +164,6 @@ impl<const D: usize> Problem<D> {
         Ok(discrete_body.weighted(&discrete_body.values_at_node(node - discrete_body.nodes.start)?, state))
     }
 
-    #[cfg(feature = "chart")]
-    /// The cells of all bodies that are drawn, by their particles among all.
-    pub(crate) fn drawn_cells(&self) -> Vec<Vec<usize>> {
-        let of = |discrete_body: &DiscreteBody<D>| {
-            let first = discrete_body.nodes.start;
-            let cells = discrete_body.cells.drawn().into_iter();
-            cells.map(move |corners| corners.into_iter().map(|corner| first + corner).collect())
-        };
-        self.discrete_bodies.iter().flat_map(of).collect()
-    }
-
     /// Refuses states of other particles, and displacement vectors that are not as long as this problem has them.
     pub(crate) fn check_length(&self, state: &State) -> Result<(), SolveError> {
         let (given, needed) = (state.displacement.len(), self.model.unknowns());

@@ -2,9 +2,8 @@
 
 use nalgebra::Matrix3;
 
-use crate::compiled::compiled;
 use crate::error::{ApproximationError, Error};
-use crate::geometry::Point;
+use crate::geometry::{Point, unit};
 use crate::kinematics::Kinematics;
 use crate::mesh::{CellShape, spanned};
 use crate::output::{VtkCell, VtkField, VtkGrid};
@@ -14,6 +13,8 @@ use crate::solve::State;
 use crate::table::ShapeTable;
 use crate::tensor::{mean, von_mises};
 
+use super::rigid_motion::RigidShape;
+use super::view::ProblemView;
 use crate::scene::Problem;
 
 impl<const D: usize> Problem<D> {
@@ -42,18 +43,7 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// [`SolveError::OtherModel`](crate::error::SolveError::OtherModel) for a state of another problem.
     pub fn stresses(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
-        compiled!(D: (problem: &Problem<D> = self; state: &State = state) -> Result<Vec<Matrix3<f64>>, Error> {
-            problem.cauchy_stresses(state)
-        })
-    }
-
-    fn cauchy_stresses(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
-        self.model.at(state)?;
-        let mut stresses = Vec::new();
-        for (number, body) in self.discrete_bodies.iter().enumerate() {
-            stresses.append(&mut body.stresses(number, state));
-        }
-        Ok(stresses)
+        self.view().stresses(state)
     }
 
     /// Values at the [`points`](Problem::points) $P$ of the bodies' tables, one for each, averaged at the particles, one for each,
@@ -63,19 +53,7 @@ impl<const D: usize> Problem<D> {
     /// ([`Cells::spacings`](crate::cells::Cells::spacings)), in the values' unit. Zeros for values of another table. Where ranks
     /// share the scene each of them gives the values at its own points, and all get the same means.
     pub fn at_particles(&self, values: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
-        let mut means = Vec::with_capacity(self.model.node_count());
-        let mut first = 0;
-        for discrete_body in &self.discrete_bodies {
-            let end = first + discrete_body.body.table().len();
-            means.extend(match values.get(first..end) {
-                Some(own) if values.len() == self.points().count() => {
-                    discrete_body.at_particles(own, self.model.ranks())
-                }
-                _ => vec![Matrix3::zeros(); discrete_body.nodes.len()],
-            });
-            first = end;
-        }
-        means
+        self.view().at_particles(values)
     }
 
     /// Particles and the cells between them in their current positions as a grid for ParaView, with the displacement, the
@@ -97,71 +75,8 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// For a state of another problem.
     pub fn vtk_grid(&self, state: &State) -> Result<VtkGrid, Error> {
-        compiled!(D: (problem: &Problem<D> = self; state: &State = state) -> Result<VtkGrid, Error> {
-            problem.grid(state)
-        })
-    }
-
-    fn grid(&self, state: &State) -> Result<VtkGrid, Error> {
-        let mut displacements = self.particle_displacements(state)?;
-        let mut positions = self.positions();
-        positions.truncate(displacements.len());
-        let (mut cells, mut of_body, mut of_cell) = (Vec::new(), Vec::new(), Vec::new());
-        for (number, discrete_body) in self.discrete_bodies.iter().enumerate() {
-            let first = discrete_body.nodes.start;
-            cells.extend(discrete_body.cells.drawn().iter().map(|corners| {
-                let corners: Vec<usize> = corners.iter().map(|corner| first + corner).collect();
-                vtk_cell(&corners, &positions)
-            }));
-            of_body.resize(discrete_body.nodes.end, number as f64);
-            of_cell.resize(cells.len(), number as i64);
-        }
-        for (number, shape) in self.rigid_shapes(state).into_iter().enumerate() {
-            let first = positions.len();
-            positions.extend_from_slice(shape.mesh.points());
-            displacements.extend(shape.displacements);
-            cells.extend(shape.cells.iter().map(|corners| {
-                let corners: Vec<usize> = corners.iter().map(|corner| first + corner).collect();
-                vtk_cell(&corners, &positions)
-            }));
-            of_body.resize(positions.len(), (self.discrete_bodies.len() + number) as f64);
-            of_cell.resize(cells.len(), (self.discrete_bodies.len() + number) as i64);
-        }
-        let rigid_end = positions.len();
-        let surfaces = self.drawn_surfaces(state)?;
-        for surface in &surfaces {
-            let first = positions.len();
-            positions.extend_from_slice(&surface.points);
-            displacements.extend_from_slice(&surface.displacements);
-            cells.extend(surface.facets.iter().map(|facet| match facet[..] {
-                [a, b, c] => VtkCell::Triangle([first + a, first + b, first + c]),
-                _ => VtkCell::Polygon(facet.iter().map(|corner| first + corner).collect()),
-            }));
-            of_body.resize(positions.len(), surface.body as f64);
-            of_cell.resize(cells.len(), surface.body as i64);
-        }
-        let current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
-        let ratios: Option<Vec<f64>> = cells.iter().map(|cell| volume_ratio(cell, &positions, &current)).collect();
-        let mut stresses = match self.model.ranks() {
-            None => self.stress_field(state)?.at_particles()?,
-            Some(_) => self.at_particles(&self.stresses(state)?),
-        };
-        let at_particles = stresses.clone();
-        stresses.resize(rigid_end, Matrix3::zeros());
-        stresses.extend(surfaces.iter().flat_map(|surface| surface.interpolated(&at_particles)));
-        let mut grid = VtkGrid::new(&current, cells);
-        grid.point_data.extend([
-            VtkField::vectors("displacement", &displacements),
-            VtkField::tensors("Cauchy stress", &stresses),
-            VtkField::scalars("mean stress", stresses.iter().map(mean)),
-            VtkField::scalars("von Mises stress", stresses.iter().map(von_mises)),
-        ]);
-        if of_body.last() != Some(&0.0) {
-            grid.point_data.push(VtkField::scalars("body", of_body));
-        }
-        grid.cell_data.push(VtkField::integers("body", of_cell));
-        grid.cell_data.extend(ratios.map(|ratios| VtkField::scalars("volume ratio", ratios)));
-        Ok(grid)
+        self.check_length(state)?;
+        self.view().grid(state, self.rigid_shapes(state))
     }
 
     /// The problem's shape functions $\Psi_I(X)$ and their gradients \[1/length\] at a point of the body, node by node
@@ -188,9 +103,74 @@ impl<const D: usize> Problem<D> {
     }
 }
 
+impl ProblemView<'_> {
+    fn grid(&self, state: &State, rigid: Vec<RigidShape>) -> Result<VtkGrid, Error> {
+        let dim = self.dim;
+        let mut displacements = self.particle_displacements(state)?;
+        let mut positions = self.positions();
+        positions.truncate(displacements.len());
+        let (mut cells, mut of_body, mut of_cell) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, body) in self.bodies.iter().enumerate() {
+            let (first, end) = (body.nodes().start, body.nodes().end);
+            cells.extend(body.drawn().iter().map(|corners| {
+                let corners: Vec<usize> = corners.iter().map(|corner| first + corner).collect();
+                vtk_cell(dim, &corners, &positions)
+            }));
+            of_body.resize(end, number as f64);
+            of_cell.resize(cells.len(), number as i64);
+        }
+        for (number, shape) in rigid.into_iter().enumerate() {
+            let first = positions.len();
+            positions.extend_from_slice(&shape.points);
+            displacements.extend(shape.displacements);
+            cells.extend(shape.cells.iter().map(|corners| {
+                let corners: Vec<usize> = corners.iter().map(|corner| first + corner).collect();
+                vtk_cell(dim, &corners, &positions)
+            }));
+            of_body.resize(positions.len(), (self.bodies.len() + number) as f64);
+            of_cell.resize(cells.len(), (self.bodies.len() + number) as i64);
+        }
+        let rigid_end = positions.len();
+        let surfaces = self.drawn_surfaces(state)?;
+        for surface in &surfaces {
+            let first = positions.len();
+            positions.extend_from_slice(&surface.points);
+            displacements.extend_from_slice(&surface.displacements);
+            cells.extend(surface.facets.iter().map(|facet| match facet[..] {
+                [a, b, c] => VtkCell::Triangle([first + a, first + b, first + c]),
+                _ => VtkCell::Polygon(facet.iter().map(|corner| first + corner).collect()),
+            }));
+            of_body.resize(positions.len(), surface.body as f64);
+            of_cell.resize(cells.len(), surface.body as i64);
+        }
+        let current: Vec<Point<3>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
+        let ratios: Option<Vec<f64>> = cells.iter().map(|cell| volume_ratio(dim, cell, &positions, &current)).collect();
+        let mut stresses = match self.model.ranks() {
+            None => self.recovered_at_particles(state)?,
+            Some(_) => self.at_particles(&self.stresses(state)?),
+        };
+        let at_particles = stresses.clone();
+        stresses.resize(rigid_end, Matrix3::zeros());
+        stresses.extend(surfaces.iter().flat_map(|surface| surface.interpolated(&at_particles)));
+        let mut grid = VtkGrid::new(&current, cells);
+        grid.point_data.extend([
+            VtkField::vectors("displacement", &displacements),
+            VtkField::tensors("Cauchy stress", &stresses),
+            VtkField::scalars("mean stress", stresses.iter().map(mean)),
+            VtkField::scalars("von Mises stress", stresses.iter().map(von_mises)),
+        ]);
+        if of_body.last() != Some(&0.0) {
+            grid.point_data.push(VtkField::scalars("body", of_body));
+        }
+        grid.cell_data.push(VtkField::integers("body", of_cell));
+        grid.cell_data.extend(ratios.map(|ratios| VtkField::scalars("volume ratio", ratios)));
+        Ok(grid)
+    }
+}
+
 /// The least ratio of the volumes that the edges at a corner of a cell span; none for shapes without such corners.
-fn volume_ratio<const D: usize>(cell: &VtkCell, positions: &[Point<D>], current: &[Point<D>]) -> Option<f64> {
-    let shape = match (D, cell) {
+fn volume_ratio(dim: usize, cell: &VtkCell, positions: &[Point<3>], current: &[Point<3>]) -> Option<f64> {
+    let shape = match (dim, cell) {
         (1, VtkCell::Line(_)) => CellShape::Line,
         (2, VtkCell::Triangle(_)) => CellShape::Triangle,
         (2, VtkCell::Quad(_)) => CellShape::Quadrangle,
@@ -200,17 +180,21 @@ fn volume_ratio<const D: usize>(cell: &VtkCell, positions: &[Point<D>], current:
         _ => return None,
     };
     let corners = cell.corners();
-    let volume = |x: &[Point<D>], corner: usize| {
-        let ways = shape.neighbours()[corner].iter().map(|&other| x[corners[other]] - x[corners[corner]]);
-        spanned(&ways.collect::<Vec<_>>())
+    let volume = |x: &[Point<3>], corner: usize| {
+        // Along axes that there are not, cells have the length 1.
+        let mut ways = [0, 1, 2].map(unit);
+        for (way, &other) in ways.iter_mut().zip(shape.neighbours()[corner]) {
+            *way = x[corners[other]] - x[corners[corner]];
+        }
+        spanned(&ways)
     };
     let ratio = |corner: usize| volume(current, corner) / volume(positions, corner);
     Some((0..corners.len()).map(ratio).fold(f64::INFINITY, f64::min))
 }
 
 /// A cell in VTK's order: around, where lattices count along their axes.
-pub(crate) fn vtk_cell<const D: usize>(corners: &[usize], positions: &[Point<D>]) -> VtkCell {
-    match (D, corners) {
+pub(crate) fn vtk_cell(dim: usize, corners: &[usize], positions: &[Point<3>]) -> VtkCell {
+    match (dim, corners) {
         (_, &[a]) => VtkCell::Vertex(a),
         (_, &[a, b]) => VtkCell::Line([a, b]),
         (2, &[a, b, c]) => VtkCell::Triangle([a, b, c]),
@@ -218,7 +202,7 @@ pub(crate) fn vtk_cell<const D: usize>(corners: &[usize], positions: &[Point<D>]
             // Twice the area from the diagonals: the order that crosses itself has less.
             let area = |from: [usize; 2], to: [usize; 2]| {
                 let [p, q] = [positions[from[1]] - positions[from[0]], positions[to[1]] - positions[to[0]]];
-                (p[0] * q[D - 1] - p[D - 1] * q[0]).abs()
+                (p[0] * q[1] - p[1] * q[0]).abs()
             };
             let around = area([a, c], [b, d]) >= area([a, d], [b, c]);
             VtkCell::Quad(if around { [a, b, c, d] } else { [a, b, d, c] })

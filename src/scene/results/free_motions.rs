@@ -4,12 +4,11 @@ use std::fmt;
 
 use nalgebra::DMatrix;
 
+use super::view::{BodyView, ProblemView};
 use crate::assembly::{Model, StateRef};
-use crate::contact::Trace;
 use crate::geometry::{Disjoint, Point, RigidMode, padded};
 use crate::linear::vector::dot;
 use crate::scene::Problem;
-use crate::scene::discretisation::discrete_body::DiscreteBody;
 
 /// Parts of translations and rotations in a motion.
 type Parts<'a> = nalgebra::MatrixView<'a, f64, nalgebra::U1, nalgebra::Dyn, nalgebra::U1, nalgebra::Dyn>;
@@ -55,8 +54,40 @@ impl fmt::Display for FreeMotion {
 /// normal alone, one that is pushed not its own; so does one with friction where `friction` is not to count. A surface that turns freely
 /// counts as one that does not.
 pub(crate) fn free_motions<const D: usize>(problem: &Problem<D>, friction: bool) -> Vec<FreeMotion> {
-    let motions = Motions::of(problem);
-    let resistance = motions.resistance(problem, friction);
+    let (mut contacts, rest) = (Contacts::default(), vec![0.0; problem.model.unknowns()]);
+    for contact in &problem.contacts {
+        contacts.travels.extend(contact.law.rigid_dof());
+        contact.law.bars(&rest, friction, &mut |trace, other, x, direction| {
+            contacts.barred.push(Barred {
+                particle: trace.particle as usize,
+                other: other.map(|other| other.particle as usize),
+                at: padded(x),
+                direction: padded(direction),
+            });
+        });
+    }
+    free_of(&problem.view(), &contacts)
+}
+
+/// What contacts say of motions.
+#[derive(Default)]
+struct Contacts {
+    /// Nodes of the travels of surfaces that are pushed, which are no places.
+    travels: Vec<usize>,
+    barred: Vec<Barred>,
+}
+
+/// A direction in which contact bars the motion of a particle, against that of another one where there is one.
+struct Barred {
+    particle: usize,
+    other: Option<usize>,
+    at: Point<3>,
+    direction: Point<3>,
+}
+
+fn free_of(problem: &ProblemView<'_>, contacts: &Contacts) -> Vec<FreeMotion> {
+    let motions = Motions::of(problem, &contacts.travels);
+    let resistance = motions.resistance(problem, &contacts.barred);
     if !resistance.iter().all(|r| r.is_finite()) {
         return Vec::new();
     }
@@ -81,64 +112,63 @@ pub(crate) fn free_motions<const D: usize>(problem: &Problem<D>, friction: bool)
 }
 
 /// The rigid motions of each group of nodes: the connected pieces of bodies, and the frames of rigid bodies together.
-struct Motions<const D: usize> {
+struct Motions {
+    dim: usize,
     modes: Vec<RigidMode>,
     groups: Vec<Vec<usize>>,
     /// The names of the pieces, which are the first groups.
     names: Vec<String>,
-    centre: Point<D>,
+    centre: Point<3>,
     size: f64,
 }
 
-impl<const D: usize> Motions<D> {
-    fn of(problem: &Problem<D>) -> Self {
-        let positions = problem.positions();
-        // Travels of surfaces that are pushed are no places.
-        let travels: Vec<usize> = problem.contacts.iter().filter_map(|contact| contact.law.rigid_dof()).collect();
-        let bodies = problem.discrete_bodies();
+impl Motions {
+    fn of(problem: &ProblemView<'_>, travels: &[usize]) -> Self {
+        let (positions, dim, bodies) = (problem.positions(), problem.dim, &problem.bodies);
         let (mut groups, mut names) = (Vec::with_capacity(bodies.len()), Vec::with_capacity(bodies.len()));
         for body in bodies {
-            let pieces = pieces(problem, body);
+            let pieces = pieces(problem, *body);
             let several = pieces.len() > 1;
             for piece in pieces {
-                names.push(if several { piece_name(body.name(), &piece, &positions) } else { body.name().to_string() });
+                names.push(if several { piece_name(body.name(), &piece, problem) } else { body.name().to_string() });
                 groups.push(piece);
             }
         }
-        let last = bodies.iter().map(|body| body.nodes.end).max().unwrap_or(0);
+        let last = bodies.iter().map(|body| body.nodes().end).max().unwrap_or(0);
         let others: Vec<usize> = (last..positions.len()).filter(|node| !travels.contains(node)).collect();
         groups.extend((!others.is_empty()).then_some(others));
         let nodes = || groups.iter().flatten().map(|&node| &positions[node]);
-        let centre = nodes().sum::<Point<D>>() / nodes().count() as f64;
+        let centre = nodes().sum::<Point<3>>() / nodes().count() as f64;
         let size = nodes().map(|x| (x - centre).norm()).fold(0.0, f64::max);
-        Motions { modes: RigidMode::all(D), groups, names, centre, size }
+        Motions { dim, modes: RigidMode::all(dim), groups, names, centre, size }
     }
 
     /// A motion at a place, of the size 1 over the body.
-    fn at(&self, mode: usize, x: &Point<D>) -> Point<D> {
+    fn at(&self, mode: usize, x: &Point<3>) -> Point<3> {
         self.modes[mode].at(&((x - self.centre) / self.size))
     }
 
     /// What energy, rows and contact see of all motions of all groups, as squares: relative to stiffness and size.
-    fn resistance(&self, problem: &Problem<D>, friction: bool) -> DMatrix<f64> {
-        let (positions, m) = (problem.positions(), self.modes.len());
+    fn resistance(&self, problem: &ProblemView<'_>, barred: &[Barred]) -> DMatrix<f64> {
+        let (positions, m, dim) = (problem.positions(), self.modes.len(), self.dim);
         let count = self.groups.len() * m;
         // Shape functions reproduce linear fields: their values at the particles are the coefficients.
         let motion = |number: usize| -> Vec<f64> {
-            let mut all = vec![0.0; positions.len() * D];
+            let mut all = vec![0.0; positions.len() * dim];
             for &node in &self.groups[number / m] {
-                all[node * D..][..D].copy_from_slice(self.at(number % m, &positions[node]).as_slice());
+                let moved = self.at(number % m, &positions[node]);
+                all[node * dim..][..dim].copy_from_slice(&moved.as_slice()[..dim]);
             }
             all
         };
         let motions: Vec<Vec<f64>> = (0..count).map(motion).collect();
-        let mut resistance = energies(problem.model(), &motions);
+        let mut resistance = energies(problem.model, &motions);
         let mut see = |seen: &[f64]| {
             for a in 0..count {
                 (0..count).for_each(|b| resistance[(a, b)] += seen[a] * seen[b]);
             }
         };
-        for row in problem.equations().equations() {
+        for row in problem.equations.equations() {
             let scale = row.measure();
             let of = |r: &Vec<f64>| row.value(r) / scale;
             see(&motions.iter().map(of).collect::<Vec<f64>>());
@@ -147,18 +177,14 @@ impl<const D: usize> Motions<D> {
         for (group, nodes) in self.groups.iter().enumerate() {
             nodes.iter().for_each(|&node| group_of[node] = Some(group));
         }
-        for contact in &problem.contacts {
-            let group = |trace: &Trace| group_of[trace.particle as usize];
-            contact.law.bars(&vec![0.0; positions.len() * D], friction, &mut |trace, other, x, barred| {
-                let (own, other) = (group(trace), other.and_then(group));
-                let (x, barred) = (padded(x), padded(barred));
-                let seen = |number: usize| {
-                    let along = self.at(number % m, &x).dot(&barred);
-                    let counts = |group: Option<usize>| f64::from(u8::from(group == Some(number / m)));
-                    along * (counts(own) - counts(other))
-                };
-                see(&(0..count).map(seen).collect::<Vec<f64>>());
-            });
+        for barred in barred {
+            let (own, other) = (group_of[barred.particle], barred.other.and_then(|other| group_of[other]));
+            let seen = |number: usize| {
+                let along = self.at(number % m, &barred.at).dot(&barred.direction);
+                let counts = |group: Option<usize>| f64::from(u8::from(group == Some(number / m)));
+                along * (counts(own) - counts(other))
+            };
+            see(&(0..count).map(seen).collect::<Vec<f64>>());
         }
         (&resistance + resistance.transpose()) * 0.5
     }
@@ -167,20 +193,20 @@ impl<const D: usize> Motions<D> {
         let largest = parts.iter().copied().max_by(|v, w| v.abs().total_cmp(&w.abs())).unwrap_or(1.0);
         let part = |k: usize| parts[k] / largest;
         FreeMotion {
-            translation: (0..D).map(part).collect(),
-            rotations: (D..parts.len())
+            translation: (0..self.dim).map(part).collect(),
+            rotations: (self.dim..parts.len())
                 .map(|k| (self.modes[k].axis, self.modes[k].lower.unwrap_or(0), part(k)))
                 .collect(),
-            centre: self.centre.as_slice().to_vec(),
+            centre: self.centre.as_slice()[..self.dim].to_vec(),
             body,
         }
     }
 }
 
 /// The nodes of the connected pieces of a body: those that its clusters couple. One piece where several ranks share the clusters.
-fn pieces<const D: usize>(problem: &Problem<D>, body: &DiscreteBody<D>) -> Vec<Vec<usize>> {
-    let (nodes, clusters) = (body.nodes(), body.body().table().clusters());
-    if problem.model().ranks().is_some() {
+fn pieces(problem: &ProblemView<'_>, body: &dyn BodyView) -> Vec<Vec<usize>> {
+    let (nodes, clusters) = (body.nodes(), body.clusters());
+    if problem.model.ranks().is_some() {
         return vec![nodes.collect()];
     }
     let mut sets = Disjoint::new(nodes.len());
@@ -207,9 +233,9 @@ fn pieces<const D: usize>(problem: &Problem<D>, body: &DiscreteBody<D>) -> Vec<V
 }
 
 /// What a piece of a body is called: by the middle of its particles.
-fn piece_name<const D: usize>(body: &str, piece: &[usize], positions: &[Point<D>]) -> String {
-    let middle = piece.iter().map(|&node| positions[node]).sum::<Point<D>>() / piece.len() as f64;
-    let coordinates: Vec<String> = middle.iter().map(|x| format!("{x:.4}")).collect();
+fn piece_name(body: &str, piece: &[usize], problem: &ProblemView<'_>) -> String {
+    let middle = piece.iter().map(|&node| problem.position(node)).sum::<Point<3>>() / piece.len() as f64;
+    let coordinates: Vec<String> = problem.cut(&middle).iter().map(|x| format!("{x:.4}")).collect();
     format!("the separate piece of {body} around X = ({})", coordinates.join(", "))
 }
 

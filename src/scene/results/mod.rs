@@ -14,3 +14,4 @@ pub(super) mod runs;
 pub(super) mod surface;
 pub(super) mod transfer;
 pub(super) mod verdict;
+pub(super) mod view;

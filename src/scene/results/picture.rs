@@ -3,6 +3,8 @@
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
 
+use nalgebra::Matrix3;
+
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::mesh::CellShape;
@@ -13,6 +15,7 @@ use crate::tensor::{mean, von_mises};
 
 use super::fields::vtk_cell;
 use super::rigid_motion::RigidShape;
+use super::view::ProblemView;
 use crate::scene::Problem;
 
 /// A field of a state that a picture shows.
@@ -59,102 +62,8 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// For a state of another problem.
     pub fn picture(&self, state: &State, field: Field) -> Result<Picture, Error> {
-        let displacements = self.particle_displacements(state)?;
-        let stresses = || Ok::<_, Error>(self.at_particles(&self.stresses(state)?));
-        let at_particles: Vec<f64> = match field {
-            Field::Displacement => Vec::new(),
-            Field::LargestStretch => {
-                let gradients = self.at_particles(&self.deformation_gradients(state)?);
-                gradients.iter().map(|f| f.singular_values().max()).collect()
-            }
-            Field::MisesStress => stresses()?.iter().map(von_mises).collect(),
-            Field::MeanStress => stresses()?.iter().map(mean).collect(),
-        };
-        let positions = &self.positions()[..displacements.len()];
-        let mut drawn = Drawn::default();
-        let mut faces = contact_surface(&self.drawn_cells(), positions);
-        let (mut bonded, mut rigid): (HashSet<[usize; 2]>, HashMap<[u64; 3], Point<D>>) = Default::default();
-        for shape in self.rigid_shapes(state) {
-            let own = self.faces_beside(&shape, &mut faces, &mut bonded, positions);
-            let points = shape.mesh.points();
-            rigid.extend(points.iter().map(bits).zip(shape.displacements.iter().copied()));
-            let current: Vec<Point<D>> = points.iter().zip(&shape.displacements).map(|(x, u)| x + u).collect();
-            drawn.add(Divided::new(points, &own, 1), current, |_| f64::NAN);
-        }
-        let value = |psi: &ShapeFunctions<D>, u: &Point<D>| match field {
-            Field::Displacement => u.norm(),
-            _ => psi.nodes.iter().zip(&psi.values).map(|(node, part)| part * at_particles[*node as usize]).sum(),
-        };
-        for surface in self.drawn_surfaces(state)? {
-            let current = surface.points.iter().zip(&surface.displacements).map(|(x, u)| x + u).collect();
-            let values =
-                surface.functions.iter().zip(&surface.displacements).map(|(psi, u)| value(psi, u)).collect::<Vec<_>>();
-            let mut divided = Divided::new(&surface.points, &surface.facets, 1);
-            divided.lines.clear();
-            drawn.add(divided, current, |k| values[k]);
-        }
-        if D == 1 {
-            return self.ring(field, state, &value);
-        }
-        let parts = divisions(faces.len());
-        for own in &self.discrete_bodies {
-            let first = own.nodes().start;
-            let of_body = faces.iter().filter(|face| own.nodes().contains(&face[0]));
-            let of_body: Vec<Vec<usize>> =
-                of_body.map(|face| face.iter().map(|corner| corner - first).collect()).collect();
-            let divided = Divided::new(&positions[own.nodes()], &of_body, parts);
-            let functions = own.values_on(&divided.points, &divided.weights)?;
-            let mut moved: Vec<Point<D>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
-            // The rim of a face that is bonded to a rigid body moves with it.
-            let rim = |ends: &[usize; 2]| bonded.contains(&ends.map(|corner| first + corner));
-            for (line, _) in divided.lines.iter().zip(&divided.ends).filter(|(_, ends)| rim(ends)) {
-                let ends = [line[0], line[line.len() - 1]];
-                let [from, to] = ends.map(|end| rigid.get(&bits(&divided.points[end])).copied().unwrap_or(moved[end]));
-                let part = |k: usize| k as f64 / (line.len() - 1) as f64;
-                line.iter().enumerate().for_each(|(k, &point)| moved[point] = from + (to - from) * part(k));
-            }
-            let functions = functions.into_iter().map(|psi| psi.shifted(first));
-            let values: Vec<f64> = functions.zip(&moved).map(|(psi, u)| value(&psi, u)).collect();
-            let current = divided.points.iter().zip(&moved).map(|(x, u)| x + u).collect();
-            drawn.add(divided, current, |k| values[k]);
-        }
-        let picture = Picture::new(&drawn.points, drawn.faces).coloured(field.label(), drawn.values).lines(drawn.lines);
-        let picture = picture.at_rest(&drawn.rest);
-        Ok(if D == 3 { picture.closed() } else { picture })
-    }
-
-    /// A quarter of the cut through a cylinder or a sphere whose radial line is the body.
-    fn ring(
-        &self,
-        field: Field,
-        state: &State,
-        value: &dyn Fn(&ShapeFunctions<D>, &Point<D>) -> f64,
-    ) -> Result<Picture, Error> {
-        let (mut points, mut faces, mut lines, mut values) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        for own in &self.discrete_bodies {
-            for cell in own.cells.drawn() {
-                let ends: Vec<Point<D>> = cell.iter().map(|&end| own.cells.positions()[end]).collect();
-                let functions = own.values_at(&ends)?;
-                let moved: Vec<Point<D>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
-                let functions: Vec<_> = functions.into_iter().map(|psi| psi.shifted(own.nodes().start)).collect();
-                let start = points.len();
-                for part in 0..=AROUND {
-                    let (sine, cosine) = (0.5 * PI * part as f64 / AROUND as f64).sin_cos();
-                    for ((x, u), psi) in ends.iter().zip(&moved).zip(&functions) {
-                        points.push(Point::<2>::new(cosine, sine) * (x[0] + u[0]));
-                        values.push(value(psi, u));
-                    }
-                }
-                let along = |end: usize| (0..=AROUND).map(move |part| start + 2 * part + end);
-                faces.extend((0..AROUND).map(|part| {
-                    let corner = start + 2 * part;
-                    vec![corner, corner + 1, corner + 3, corner + 2]
-                }));
-                lines.extend([along(0).collect(), along(1).collect::<Vec<usize>>()]);
-                lines.extend([vec![start, start + 1], vec![start + 2 * AROUND, start + 2 * AROUND + 1]]);
-            }
-        }
-        Ok(Picture::new(&points, faces).coloured(field.label(), values).lines(lines))
+        self.check_length(state)?;
+        self.view().picture(state, field, &self.rigid_shapes(state))
     }
 
     /// A web page on which the body is turned and its steps are run through, from rest to the last state of a path.
@@ -179,51 +88,174 @@ impl<const D: usize> Problem<D> {
             Ok(page.frame(format!("load factor {:.3}", state.load), self.picture(state, field)?))
         })
     }
+}
 
-    /// The faces of a rigid volume that are seen; faces that it shares with the bodies are inside and taken out of both, their
-    /// edges are noted.
-    fn faces_beside(
-        &self,
-        shape: &RigidShape<'_, D>,
-        faces: &mut Vec<Vec<usize>>,
-        bonded_edges: &mut HashSet<[usize; 2]>,
-        positions: &[Point<D>],
-    ) -> Vec<Vec<usize>> {
-        let points = shape.mesh.points();
-        let mut own = contact_surface(&shape.cells, points);
-        let place = |corners: &[usize], x: &[Point<D>]| {
-            let mut place: Vec<[u64; 3]> = corners.iter().map(|&c| bits(&x[c])).collect();
-            place.sort_unstable();
-            place
-        };
-        let [bonded, rigid]: [HashSet<_>; 2] =
-            [(&*faces, positions), (&own, points)].map(|(all, x)| all.iter().map(|face| place(face, x)).collect());
-        faces.retain(|face| {
-            let seen = !rigid.contains(&place(face, positions));
-            if !seen {
-                let edges = (0..face.len()).map(|k| sorted([face[k], face[(k + 1) % face.len()]]));
-                bonded_edges.extend(edges);
+impl ProblemView<'_> {
+    fn picture(&self, state: &State, field: Field, rigid_shapes: &[RigidShape]) -> Result<Picture, Error> {
+        let displacements = self.particle_displacements(state)?;
+        let stresses = || Ok::<_, Error>(self.at_particles(&self.stresses(state)?));
+        let at_particles: Vec<f64> = match field {
+            Field::Displacement => Vec::new(),
+            Field::LargestStretch => {
+                let gradients = self.at_particles(&self.deformation_gradients(state));
+                gradients.iter().map(|f| f.singular_values().max()).collect()
             }
-            seen
-        });
-        own.retain(|face| !bonded.contains(&place(face, points)));
-        own
+            Field::MisesStress => stresses()?.iter().map(von_mises).collect(),
+            Field::MeanStress => stresses()?.iter().map(mean).collect(),
+        };
+        let positions = &self.positions()[..displacements.len()];
+        let mut drawn = Drawn::default();
+        let mut faces = contact_surface(self.dim, &self.drawn_cells(), positions);
+        let (mut bonded, mut rigid): (HashSet<[usize; 2]>, HashMap<[u64; 3], Point<3>>) = Default::default();
+        for shape in rigid_shapes {
+            let own = faces_beside(self.dim, shape, &mut faces, &mut bonded, positions);
+            let points = &shape.points;
+            rigid.extend(points.iter().map(bits).zip(shape.displacements.iter().copied()));
+            let current: Vec<Point<3>> = points.iter().zip(&shape.displacements).map(|(x, u)| x + u).collect();
+            drawn.add(Divided::new(points, &own, 1), current, &|_| f64::NAN);
+        }
+        let value = |psi: &ShapeFunctions<3>, u: &Point<3>| match field {
+            Field::Displacement => u.norm(),
+            _ => psi.nodes.iter().zip(&psi.values).map(|(node, part)| part * at_particles[*node as usize]).sum(),
+        };
+        for surface in self.drawn_surfaces(state)? {
+            let current = surface.points.iter().zip(&surface.displacements).map(|(x, u)| x + u).collect();
+            let values =
+                surface.functions.iter().zip(&surface.displacements).map(|(psi, u)| value(psi, u)).collect::<Vec<_>>();
+            let mut divided = Divided::new(&surface.points, &surface.facets, 1);
+            divided.lines.clear();
+            drawn.add(divided, current, &|k| values[k]);
+        }
+        if self.dim == 1 {
+            return self.ring(field, state, &value);
+        }
+        let parts = divisions(faces.len());
+        for own in &self.bodies {
+            let first = own.nodes().start;
+            let of_body = faces.iter().filter(|face| own.nodes().contains(&face[0]));
+            let of_body: Vec<Vec<usize>> =
+                of_body.map(|face| face.iter().map(|corner| corner - first).collect()).collect();
+            let divided = Divided::new(&positions[own.nodes()], &of_body, parts);
+            let functions = own.values_on(&divided.points, &divided.weights)?;
+            let mut moved: Vec<Point<3>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
+            // The rim of a face that is bonded to a rigid body moves with it.
+            let rim = |ends: &[usize; 2]| bonded.contains(&ends.map(|corner| first + corner));
+            for (line, _) in divided.lines.iter().zip(&divided.ends).filter(|(_, ends)| rim(ends)) {
+                let ends = [line[0], line[line.len() - 1]];
+                let [from, to] = ends.map(|end| rigid.get(&bits(&divided.points[end])).copied().unwrap_or(moved[end]));
+                let part = |k: usize| k as f64 / (line.len() - 1) as f64;
+                line.iter().enumerate().for_each(|(k, &point)| moved[point] = from + (to - from) * part(k));
+            }
+            let functions = functions.into_iter().map(|psi| psi.shifted(first));
+            let values: Vec<f64> = functions.zip(&moved).map(|(psi, u)| value(&psi, u)).collect();
+            let current = divided.points.iter().zip(&moved).map(|(x, u)| x + u).collect();
+            drawn.add(divided, current, &|k| values[k]);
+        }
+        let picture = Picture::of(drawn.points, self.dim < 3, drawn.faces).coloured(field.label(), drawn.values);
+        let picture = picture.lines(drawn.lines).at_rest(drawn.rest);
+        Ok(if self.dim == 3 { picture.closed() } else { picture })
     }
+
+    /// A quarter of the cut through a cylinder or a sphere whose radial line is the body.
+    fn ring(
+        &self,
+        field: Field,
+        state: &State,
+        value: &dyn Fn(&ShapeFunctions<3>, &Point<3>) -> f64,
+    ) -> Result<Picture, Error> {
+        let (mut points, mut faces, mut lines, mut values) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for own in &self.bodies {
+            for cell in own.drawn() {
+                let ends: Vec<Point<3>> = cell.iter().map(|&end| own.particle(end)).collect();
+                let functions = own.values_at(&ends)?;
+                let moved: Vec<Point<3>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
+                let functions: Vec<_> = functions.into_iter().map(|psi| psi.shifted(own.nodes().start)).collect();
+                let start = points.len();
+                for part in 0..=AROUND {
+                    let (sine, cosine) = (0.5 * PI * part as f64 / AROUND as f64).sin_cos();
+                    for ((x, u), psi) in ends.iter().zip(&moved).zip(&functions) {
+                        points.push(Point::<2>::new(cosine, sine) * (x[0] + u[0]));
+                        values.push(value(psi, u));
+                    }
+                }
+                let along = |end: usize| (0..=AROUND).map(move |part| start + 2 * part + end);
+                faces.extend((0..AROUND).map(|part| {
+                    let corner = start + 2 * part;
+                    vec![corner, corner + 1, corner + 3, corner + 2]
+                }));
+                lines.extend([along(0).collect(), along(1).collect::<Vec<usize>>()]);
+                lines.extend([vec![start, start + 1], vec![start + 2 * AROUND, start + 2 * AROUND + 1]]);
+            }
+        }
+        Ok(Picture::new(&points, faces).coloured(field.label(), values).lines(lines))
+    }
+
+    /// The cells of all bodies that are drawn, by their particles among all.
+    fn drawn_cells(&self) -> Vec<Vec<usize>> {
+        let mut all = Vec::new();
+        for body in &self.bodies {
+            let first = body.nodes().start;
+            for mut corners in body.drawn() {
+                corners.iter_mut().for_each(|corner| *corner += first);
+                all.push(corners);
+            }
+        }
+        all
+    }
+
+    /// Deformation gradients at the points of the bodies' tables.
+    fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
+        let mut all = Vec::new();
+        for body in &self.bodies {
+            all.extend((0..body.weights().len()).map(|point| body.deformation_gradient(point, &state.displacement)));
+        }
+        all
+    }
+}
+
+/// The faces of a rigid volume that are seen; faces that it shares with the bodies are inside and taken out of both, their
+/// edges are noted.
+fn faces_beside(
+    dim: usize,
+    shape: &RigidShape,
+    faces: &mut Vec<Vec<usize>>,
+    bonded_edges: &mut HashSet<[usize; 2]>,
+    positions: &[Point<3>],
+) -> Vec<Vec<usize>> {
+    let points = &shape.points[..];
+    let mut own = contact_surface(dim, &shape.cells, points);
+    let place = |corners: &[usize], x: &[Point<3>]| {
+        let mut place: Vec<[u64; 3]> = corners.iter().map(|&c| bits(&x[c])).collect();
+        place.sort_unstable();
+        place
+    };
+    let [bonded, rigid]: [HashSet<_>; 2] =
+        [(&*faces, positions), (&own, points)].map(|(all, x)| all.iter().map(|face| place(face, x)).collect());
+    faces.retain(|face| {
+        let seen = !rigid.contains(&place(face, positions));
+        if !seen {
+            let edges = (0..face.len()).map(|k| sorted([face[k], face[(k + 1) % face.len()]]));
+            bonded_edges.extend(edges);
+        }
+        seen
+    });
+    own.retain(|face| !bonded.contains(&place(face, points)));
+    own
 }
 
 /// What a picture is made of, body by body.
 #[derive(Default)]
-struct Drawn<const D: usize> {
+struct Drawn {
     /// Where points are at rest and in the state.
-    rest: Vec<Point<D>>,
-    points: Vec<Point<D>>,
+    rest: Vec<Point<3>>,
+    points: Vec<Point<3>>,
     faces: Vec<Vec<usize>>,
     lines: Vec<Vec<usize>>,
     values: Vec<f64>,
 }
 
-impl<const D: usize> Drawn<D> {
-    fn add(&mut self, divided: Divided<D>, current: Vec<Point<D>>, value: impl Fn(usize) -> f64) {
+impl Drawn {
+    fn add(&mut self, divided: Divided, current: Vec<Point<3>>, value: &dyn Fn(usize) -> f64) {
         let first = self.points.len();
         let shifted =
             |all: Vec<Vec<usize>>| all.into_iter().map(move |one| one.into_iter().map(|p| first + p).collect());
@@ -247,8 +279,8 @@ fn divisions(faces: usize) -> usize {
 const FINE: usize = 20_000;
 
 /// Faces cut into smaller ones by shared points, with the lines along the edges of the faces that were.
-struct Divided<const D: usize> {
-    points: Vec<Point<D>>,
+struct Divided {
+    points: Vec<Point<3>>,
     /// What makes each point of the corners of its face.
     weights: Vec<Vec<(usize, f64)>>,
     faces: Vec<Vec<usize>>,
@@ -257,8 +289,8 @@ struct Divided<const D: usize> {
     ends: Vec<[usize; 2]>,
 }
 
-impl<const D: usize> Divided<D> {
-    fn new(points: &[Point<D>], faces: &[Vec<usize>], parts: usize) -> Self {
+impl Divided {
+    fn new(points: &[Point<3>], faces: &[Vec<usize>], parts: usize) -> Self {
         if parts < 2 {
             let around = |face: &Vec<usize>| face.iter().chain(face.first()).copied().collect();
             return Divided {
@@ -289,7 +321,7 @@ impl<const D: usize> Divided<D> {
 
     fn side(
         &mut self,
-        points: &[Point<D>],
+        points: &[Point<3>],
         ends: [usize; 2],
         parts: usize,
         corners: &mut HashMap<usize, usize>,
@@ -366,14 +398,14 @@ fn sorted(ends: [usize; 2]) -> [usize; 2] {
 }
 
 /// Coordinates as they are stored.
-fn bits<const D: usize>(x: &Point<D>) -> [u64; 3] {
-    std::array::from_fn(|i| if i < D { x[i].to_bits() } else { 0 })
+fn bits(x: &Point<3>) -> [u64; 3] {
+    [x[0].to_bits(), x[1].to_bits(), x[2].to_bits()]
 }
 
 /// Faces that one cell alone has, outward; in the plane the cells themselves.
-fn contact_surface<const D: usize>(cells: &[Vec<usize>], positions: &[Point<D>]) -> Vec<Vec<usize>> {
-    let cells = cells.iter().map(|corners| vtk_cell(corners, positions));
-    if D < 3 {
+fn contact_surface(dim: usize, cells: &[Vec<usize>], positions: &[Point<3>]) -> Vec<Vec<usize>> {
+    let cells = cells.iter().map(|corners| vtk_cell(dim, corners, positions));
+    if dim < 3 {
         return cells.map(|cell| cell.corners().to_vec()).filter(|corners| corners.len() > 2).collect();
     }
     let mut found: HashMap<Vec<usize>, (Vec<usize>, bool)> = HashMap::new();
@@ -386,7 +418,7 @@ fn contact_surface<const D: usize>(cells: &[Vec<usize>], positions: &[Point<D>])
             _ => continue,
         };
         let corners = cell.corners();
-        let centre = corners.iter().map(|&c| positions[c]).sum::<Point<D>>() / corners.len() as f64;
+        let centre = corners.iter().map(|&c| positions[c]).sum::<Point<3>>() / corners.len() as f64;
         for face in shape.faces() {
             let mut face: Vec<usize> = face.iter().map(|&k| corners[k]).collect();
             let mut key = face.clone();

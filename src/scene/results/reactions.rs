@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
+use crate::assembly::{Model, Ranks};
 use crate::boundary::ConstraintEquation;
 use crate::error::{BoundaryError, Error, Invalid, SolveError};
 use crate::geometry::{Part, Point};
-use crate::output::{PvdCollection, Table};
+use crate::output::{PvdCollection, Table, VtkGrid};
 use crate::solve::{EquilibriumPath, State};
 
 use crate::scene::discretisation::conditions::Placed;
@@ -23,9 +24,178 @@ struct Reacting<'a> {
 
 impl Reacting<'_> {
     /// Node, component and coefficient of the entries at these nodes.
-    fn entries<const D: usize>(&self) -> impl Iterator<Item = (usize, usize, f64)> {
-        let entries = self.equation.entries.iter().map(|&(k, c)| (k / D, k % D, c));
+    fn entries(&self, dim: usize) -> impl Iterator<Item = (usize, usize, f64)> {
+        let entries = self.equation.entries.iter().map(move |&(k, c)| (k / dim, k % dim, c));
         entries.filter(|(node, ..)| self.nodes.contains(node))
+    }
+}
+
+/// A place in a table of forces and displacements.
+struct Recorded<'a> {
+    title: String,
+    rows: Vec<Reacting<'a>>,
+    /// The displacement and the rotation vector of a rigid body of that name.
+    motion: Option<Box<Motion<'a>>>,
+}
+
+type Motion<'a> = dyn Fn(&State) -> Result<(Vec<f64>, [f64; 3]), Error> + 'a;
+
+/// $-\sum_J \mu_J \sum_k c_{Jk}$ by components.
+fn reaction(dim: usize, rows: &[Reacting<'_>], state: &State) -> [f64; 3] {
+    let mut force = [0.0; 3];
+    for row in rows {
+        for (_, component, c) in row.entries(dim) {
+            force[component] -= state.multipliers[row.number] * c;
+        }
+    }
+    force
+}
+
+/// Each row with what a unit displacement of its nodes in a component prescribes.
+fn unit_motion(dim: usize, rows: &[Reacting<'_>], component: usize) -> Vec<(usize, f64)> {
+    let sum = |row: &Reacting<'_>| row.entries(dim).filter(|entry| entry.1 == component).map(|entry| entry.2).sum();
+    rows.iter().map(|row| (row.number, sum(row))).collect()
+}
+
+/// The same for a unit turn about the line through a point along an axis, from the current positions; adds what changes the moment of the
+/// forces where their points of attack move to `levers`.
+fn unit_turn(
+    model: &Model,
+    rows: &[Reacting<'_>],
+    state: &State,
+    about: &[f64],
+    axis: usize,
+    levers: &mut [f64],
+) -> Vec<(usize, f64)> {
+    let (dim, next, last) = (model.dim(), (axis + 1) % 3, (axis + 2) % 3);
+    let mut turns = Vec::with_capacity(rows.len());
+    for row in rows {
+        let mut turn = 0.0;
+        for (node, component, c) in row.entries(dim) {
+            // About axis i a turn moves along i + 2 by the arm along i + 1, and along i + 1 against that along i + 2.
+            let (along, sign) = match component {
+                _ if component == last => (next, 1.0),
+                _ if component == next => (last, -1.0),
+                _ => continue,
+            };
+            if along < dim {
+                let at = node * dim + along;
+                // The coefficients X + d reproduce the current position exactly.
+                let arm = model.coordinates(node)[along] + state.displacement[at] - about[along];
+                turn += sign * c * arm;
+                levers[at] -= sign * state.multipliers[row.number] * c;
+            }
+        }
+        turns.push((row.number, turn));
+    }
+    turns
+}
+
+/// The moment of the forces about a point, about some axes.
+fn moment(model: &Model, rows: &[Reacting<'_>], state: &State, about: &[f64], axes: Range<usize>) -> [f64; 3] {
+    let (mut moment, mut levers) = ([0.0; 3], vec![0.0; model.unknowns()]);
+    for axis in axes {
+        for (number, turn) in unit_turn(model, rows, state, about, axis, &mut levers) {
+            moment[axis] -= state.multipliers[number] * turn;
+        }
+    }
+    moment
+}
+
+/// The mean of a displacement component over equations; none where none of them prescribes it, or where their parts cancel.
+fn mean_displacement(dim: usize, rows: &[Reacting<'_>], state: &State, component: usize) -> Option<f64> {
+    let (mut total, mut sizes, mut sum) = (0.0, 0.0, 0.0);
+    for row in rows {
+        for (node, _, c) in row.entries(dim).filter(|entry| entry.1 == component) {
+            total += c;
+            sizes += c.abs();
+            sum += c * state.displacement[node * dim + component];
+        }
+    }
+    // Normals of a closed surface cancel.
+    (total.abs() > CANCELS * sizes).then(|| sum / total)
+}
+
+/// The table of [`Problem::history`].
+fn table(model: &Model, places: &[Recorded<'_>], axes: &Range<usize>, path: &EquilibriumPath) -> Result<Table, Error> {
+    let dim = model.dim();
+    let mut header: Vec<String> = ["step", "load", "energy"].map(String::from).to_vec();
+    let mut moves = Vec::with_capacity(places.len());
+    for Recorded { title, rows, motion } in places {
+        let mut columns = |what: &str, components: &[usize]| {
+            header.extend(components.iter().map(|i| format!("{title}: {what}_{i}")));
+        };
+        let (all, turns): (Vec<usize>, Vec<usize>) = ((0..dim).collect(), axes.clone().collect());
+        columns("force", &all);
+        columns("moment", &turns);
+        let mut moved = all;
+        if motion.is_none() {
+            moved.retain(|&i| mean_displacement(dim, rows, &path.start, i).is_some());
+        }
+        columns("displacement", &moved);
+        if motion.is_some() {
+            columns("rotation", &turns);
+        }
+        moves.push(moved);
+    }
+    let mut table = Table::new(header);
+    for (step, state) in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).enumerate() {
+        let mut line = vec![step as f64, state.load, model.at(state)?.energy()];
+        for (Recorded { rows, motion, .. }, moved) in places.iter().zip(&moves) {
+            line.extend_from_slice(&reaction(dim, rows, state)[..dim]);
+            if !axes.is_empty() {
+                line.extend_from_slice(&moment(model, rows, state, &[0.0; 3], axes.clone())[axes.clone()]);
+            }
+            match motion {
+                Some(motion) => {
+                    let (displacement, turn) = motion(state)?;
+                    line.extend_from_slice(&displacement);
+                    line.extend_from_slice(&turn[axes.clone()]);
+                }
+                None => line.extend(moved.iter().filter_map(|&i| mean_displacement(dim, rows, state, i))),
+            }
+        }
+        table.push(line)?;
+    }
+    Ok(table)
+}
+
+/// What writing a path takes of a problem: grids of states, and their times where the scene has a clock.
+struct Written<'a> {
+    ranks: Option<&'a dyn Ranks>,
+    grid: &'a dyn Fn(&State) -> Result<VtkGrid, Error>,
+    time: &'a dyn Fn(&State) -> Option<f64>,
+}
+
+impl Written<'_> {
+    fn states(
+        &self,
+        path: &EquilibriumPath,
+        first: usize,
+        file: &std::path::Path,
+        suffix: &str,
+        since: f64,
+        films: &mut PvdCollection,
+    ) -> Result<(), Error> {
+        let stem = file.file_stem().map_or_else(|| "path".to_string(), |stem| stem.to_string_lossy().into_owned());
+        let states = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
+        for (step, state) in states.enumerate().skip(first) {
+            let grid = (self.grid)(state)?;
+            let own = match self.ranks {
+                Some(ranks) => {
+                    let own = file.with_file_name(format!("{stem}{suffix}_{step:04}.pvtu"));
+                    grid.write_piece(&own, ranks.rank(), ranks.count())?;
+                    own
+                }
+                None => {
+                    let own = file.with_file_name(format!("{stem}{suffix}_{step:04}.vtu"));
+                    grid.write(&own)?;
+                    own
+                }
+            };
+            films.push((self.time)(state).unwrap_or(since + state.load), own);
+        }
+        Ok(())
     }
 }
 
@@ -41,11 +211,7 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where no condition acts there, with the names and places of those that there are; for a state of another problem.
     pub fn reaction(&self, state: &State, place: impl Into<Place<D>>) -> Result<Point<D>, Error> {
-        let mut force = Point::zeros();
-        for row in self.rows_at(state, &place.into())? {
-            row.entries::<D>().for_each(|(_, component, c)| force[component] -= state.multipliers[row.number] * c);
-        }
-        Ok(force)
+        Ok(Point::from_column_slice(&reaction(D, &self.rows_at(state, &place.into())?, state)[..D]))
     }
 
     /// The moment \[force × length\] about a point, in current positions, of the forces by the conditions at a place or by the
@@ -55,18 +221,10 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// As [`reaction`](Problem::reaction), and for a point that is not finite.
     pub fn moment(&self, state: &State, place: impl Into<Place<D>>, about: [f64; D]) -> Result<[f64; 3], Error> {
-        let mut moment = [0.0; 3];
         if let Some(&value) = about.iter().find(|x| !x.is_finite()) {
             return Err(Invalid::new("point about which a moment is taken", value, "give finite coordinates").into());
         }
-        let (place, mut levers) = (place.into(), vec![0.0; self.model.unknowns()]);
-        self.rows_at(state, &place)?;
-        for axis in self.turns() {
-            for (number, turn) in self.unit_turn(state, &place, about, axis, &mut levers)? {
-                moment[axis] -= state.multipliers[number] * turn;
-            }
-        }
-        Ok(moment)
+        Ok(moment(&self.model, &self.rows_at(state, &place.into())?, state, &about, self.turns()))
     }
 
     /// The axes about which forces have moments.
@@ -100,68 +258,29 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// For a path of another problem.
     pub fn history(&self, path: &EquilibriumPath) -> Result<Table, Error> {
-        let mut places: Vec<(String, Place<D>)> = Vec::new();
+        for state in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)) {
+            self.check_state(state)?;
+        }
+        let mut places: Vec<Recorded<'_>> = Vec::new();
         for placed in self.placed.iter().filter(|placed| !placed.equations.is_empty()) {
             let title = self.title(placed);
-            let named = placed.name.as_ref().map(|name| Place::on(Part::Named(name.clone())));
-            if places.iter().all(|(other, _)| *other != title) {
-                places.push((title, named.unwrap_or_else(|| placed.place.clone())));
+            if places.iter().any(|other| other.title == title) {
+                continue;
             }
-        }
-        let axes = self.turns();
-        let frame_of = |title: &str| self.frames.iter().find(|frame| frame.name == title);
-        let mut header: Vec<String> = ["step", "load", "energy"].map(String::from).to_vec();
-        let mut moves = Vec::with_capacity(places.len());
-        for (title, place) in &places {
-            header.extend((0..D).map(|i| format!("{title}: force_{i}")));
-            header.extend(axes.clone().map(|i| format!("{title}: moment_{i}")));
-            let moved: Vec<usize> = match frame_of(title) {
-                Some(_) => (0..D).collect(),
-                None => (0..D).filter(|&i| self.mean_displacement(&path.start, place, i).is_some()).collect(),
+            let rows = match &placed.name {
+                Some(name) => self.rows(&Place::on(Part::Named(name.clone()))),
+                None => self.rows(&placed.place),
             };
-            header.extend(moved.iter().map(|i| format!("{title}: displacement_{i}")));
-            if frame_of(title).is_some() {
-                header.extend(axes.clone().map(|i| format!("{title}: rotation_{i}")));
-            }
-            moves.push(moved);
+            let motion = self.frames.iter().any(|frame| frame.name == title).then(|| -> Box<Motion<'_>> {
+                let name = title.clone();
+                Box::new(move |state| {
+                    let motion = self.rigid_motion(state, &name)?;
+                    Ok((motion.displacement.as_slice().to_vec(), motion.rotation_vector()))
+                })
+            });
+            places.push(Recorded { title, rows, motion });
         }
-        let mut table = Table::new(header);
-        for (step, state) in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).enumerate() {
-            let mut row = vec![step as f64, state.load, self.energy(state)?];
-            for ((title, place), moved) in places.iter().zip(&moves) {
-                row.extend(self.reaction(state, place.clone())?.iter());
-                if !axes.is_empty() {
-                    let moment = self.moment(state, place.clone(), [0.0; D])?;
-                    row.extend(axes.clone().map(|i| moment[i]));
-                }
-                match frame_of(title) {
-                    Some(_) => {
-                        let motion = self.rigid_motion(state, title)?;
-                        row.extend(motion.displacement.iter());
-                        let turn = motion.rotation_vector();
-                        row.extend(axes.clone().map(|i| turn[i]));
-                    }
-                    None => row.extend(moved.iter().filter_map(|&i| self.mean_displacement(state, place, i))),
-                }
-            }
-            table.push(row)?;
-        }
-        Ok(table)
-    }
-
-    /// The mean of a displacement component over the constraint equations at a place; none where no equation prescribes it, or where its
-    /// parts cancel.
-    fn mean_displacement(&self, state: &State, place: &Place<D>, component: usize) -> Option<f64> {
-        let (mut total, mut sizes, mut sum) = (0.0, 0.0, 0.0);
-        for row in self.rows_at(state, place).ok()? {
-            for (node, _, c) in row.entries::<D>().filter(|entry| entry.1 == component) {
-                total += c;
-                sizes += c.abs();
-                sum += c * state.displacement[node * D + component];
-            }
-        }
-        // Normals of a closed surface cancel.
-        (total.abs() > CANCELS * sizes).then(|| sum / total)
+        table(&self.model, &places, &self.turns(), path)
     }
 
     /// Writes a path for ParaView and for tables: `mount.pvd` with a `.vtu` file for each state beside it, the one at rest
@@ -208,26 +327,12 @@ impl<const D: usize> Problem<D> {
         since: f64,
         films: &mut PvdCollection,
     ) -> Result<(), Error> {
-        let stem = file.file_stem().map_or_else(|| "path".to_string(), |stem| stem.to_string_lossy().into_owned());
-        let states = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
-        for (step, state) in states.enumerate().skip(first) {
-            let grid = self.vtk_grid(state)?;
-            let own = match self.model.ranks() {
-                Some(ranks) => {
-                    let own = file.with_file_name(format!("{stem}{suffix}_{step:04}.pvtu"));
-                    grid.write_piece(&own, ranks.rank(), ranks.count())?;
-                    own
-                }
-                None => {
-                    let own = file.with_file_name(format!("{stem}{suffix}_{step:04}.vtu"));
-                    grid.write(&own)?;
-                    own
-                }
-            };
-            let time = if self.body().has_clock() { self.time(state) } else { since + state.load };
-            films.push(time, own);
-        }
-        Ok(())
+        let written = Written {
+            ranks: self.model.ranks(),
+            grid: &|state| self.vtk_grid(state),
+            time: &|state| self.body().has_clock().then(|| self.time(state)),
+        };
+        written.states(path, first, file, suffix, since, films)
     }
 
     /// Whether this process writes what all ranks share.
@@ -270,13 +375,19 @@ impl<const D: usize> Problem<D> {
         rows
     }
 
-    /// The same for a state of this problem.
-    fn rows_at(&self, state: &State, requested: &Place<D>) -> Result<Vec<Reacting<'_>>, Error> {
+    /// Refuses states of other problems.
+    fn check_state(&self, state: &State) -> Result<(), SolveError> {
         self.check_length(state)?;
         let (given, needed) = (state.multipliers.len(), self.equations.len());
         if given != needed {
-            return Err(SolveError::OtherModel { what: "multipliers", given, needed }.into());
+            return Err(SolveError::OtherModel { what: "multipliers", given, needed });
         }
+        Ok(())
+    }
+
+    /// The same for a state of this problem.
+    fn rows_at(&self, state: &State, requested: &Place<D>) -> Result<Vec<Reacting<'_>>, Error> {
+        self.check_state(state)?;
         if self.placed_at(requested).is_empty() {
             return Err(self.unknown_condition(requested.to_string()).into());
         }
@@ -298,9 +409,10 @@ impl<const D: usize> Problem<D> {
     ) -> Result<Vec<Vec<f64>>, Error> {
         let place = place.into();
         self.moment(state, place.clone(), about)?;
-        let mut parts: Vec<_> = (0..D).map(|component| self.unit_motion(&place, component)).collect();
+        let rows = self.rows(&place);
+        let mut parts: Vec<_> = (0..D).map(|component| unit_motion(D, &rows, component)).collect();
         for axis in self.turns() {
-            parts.push(self.unit_turn(state, &place, about, axis, &mut vec![0.0; self.model.unknowns()])?);
+            parts.push(unit_turn(&self.model, &rows, state, &about, axis, &mut vec![0.0; self.model.unknowns()]));
         }
         let change = |parts: Vec<(usize, f64)>| {
             let mut change = vec![0.0; self.equations.len()];
@@ -313,9 +425,7 @@ impl<const D: usize> Problem<D> {
     /// The rows of the conditions of a name or at a place, each with the sum of its entries in a component over the nodes of the
     /// condition: what a unit displacement of the place prescribes.
     pub(crate) fn unit_motion(&self, place: &Place<D>, component: usize) -> Vec<(usize, f64)> {
-        let sum =
-            |row: &Reacting<'_>| row.entries::<D>().filter(|entry| entry.1 == component).map(|entry| entry.2).sum();
-        self.rows(place).iter().map(|row| (row.number, sum(row))).collect()
+        unit_motion(D, &self.rows(place), component)
     }
 
     /// The same for a unit turn about the line through a point along an axis, from the current positions; adds what changes the moment
@@ -328,28 +438,7 @@ impl<const D: usize> Problem<D> {
         axis: usize,
         levers: &mut [f64],
     ) -> Result<Vec<(usize, f64)>, Error> {
-        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        let mut turns = Vec::new();
-        for row in self.rows_at(state, place)? {
-            let mut turn = 0.0;
-            for (node, component, c) in row.entries::<D>() {
-                // About axis i a turn moves along i + 2 by the arm along i + 1, and along i + 1 against that along i + 2.
-                let (along, sign) = match component {
-                    _ if component == last => (next, 1.0),
-                    _ if component == next => (last, -1.0),
-                    _ => continue,
-                };
-                if along < D {
-                    let at = node * D + along;
-                    // The coefficients X + d reproduce the current position exactly.
-                    let arm = self.model.coordinates(node)[along] + state.displacement[at] - about[along];
-                    turn += sign * c * arm;
-                    levers[at] -= sign * state.multipliers[row.number] * c;
-                }
-            }
-            turns.push((row.number, turn));
-        }
-        Ok(turns)
+        Ok(unit_turn(&self.model, &self.rows_at(state, place)?, state, &about, axis, levers))
     }
 
     /// Whether a condition of a name or at a place acts in a component.

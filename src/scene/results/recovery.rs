@@ -7,18 +7,18 @@ use std::sync::OnceLock;
 
 use nalgebra::{DVector, Matrix3, Vector3};
 
-use crate::assembly::Ranks;
+use crate::assembly::{Model, Ranks};
+use crate::boundary::Constraints;
 use crate::error::{ApproximationError, Error};
-use crate::geometry::{Part, Point};
+use crate::geometry::{Point, padded};
 use crate::parallel::map_with;
-use crate::quadrature::Points;
-use crate::shape::{FiniteElements, ShapeFunctions};
+use crate::shape::ShapeFunctions;
 use crate::solve::State;
 use crate::tensor;
 
+use super::view::{BodyView, ProblemView};
 use crate::scene::Problem;
-use crate::scene::discretisation::discrete_body::{DiscreteBody, SERIAL_BELOW};
-use crate::scene::discretisation::facet_rule::Facets;
+use crate::scene::discretisation::discrete_body::SERIAL_BELOW;
 
 /// Weight of the equations of equilibrium, in the body and on its surface, beside one of all data of a patch: polynomials of a patch as
 /// wide as the body cannot meet both.
@@ -46,13 +46,13 @@ const RIDGE: f64 = 1e-8;
 /// those of the force per current length over the thickness at rest, $\lambda_3\sigma$, which is in equilibrium where the thickness
 /// varies. Where ranks share the scene all of them ask for the same points in the same order.
 pub struct StressField<'a, const D: usize> {
-    bodies: Vec<BodyStress<'a, D>>,
+    bodies: Vec<BodyStress<'a>>,
 }
 
 /// The stresses of one body.
-struct BodyStress<'a, const D: usize> {
-    recovery: Recovery<'a, D>,
-    fits: Vec<OnceLock<Option<Fit<D>>>>,
+struct BodyStress<'a> {
+    recovery: Recovery<'a>,
+    fits: Vec<OnceLock<Option<Fit>>>,
     /// What the polynomials miss of the tractions, facet by facet.
     misses: Vec<OnceLock<Matrix3<f64>>>,
 }
@@ -63,8 +63,8 @@ impl<'a, const D: usize> StressField<'a, D> {
     /// # Errors
     /// Where the point lies outside the bodies by more than a tenth of a cell.
     pub fn at(&self, at: &Point<D>) -> Result<Matrix3<f64>, Error> {
-        let own = self.body_at(at)?;
-        Ok(own.evaluate(at, &own.recovery.body.approximation.shape_functions(at)?))
+        let (own, psi) = self.seen(at)?;
+        Ok(own.evaluate(&padded(at), &psi))
     }
 
     /// How uncertain the stress at a point $X$ is \[stress\]: $\sqrt{\sum_I|\Psi_I|\,|\sigma_I(x) - \sigma(X)|^2/\sum_I|\Psi_I|}$, by
@@ -74,15 +74,17 @@ impl<'a, const D: usize> StressField<'a, D> {
     /// # Errors
     /// As [`at`](StressField::at).
     pub fn uncertainty(&self, at: &Point<D>) -> Result<f64, Error> {
-        let own = self.body_at(at)?;
-        Ok(own.uncertainty(at, &own.recovery.body.approximation.shape_functions(at)?))
+        let (own, psi) = self.seen(at)?;
+        Ok(own.uncertainty(&padded(at), &psi))
     }
 
-    /// The first body that holds a point.
-    fn body_at(&self, at: &Point<D>) -> Result<&BodyStress<'a, D>, Error> {
-        let holds = |own: &&BodyStress<'a, D>| own.recovery.body.cells.contains(at);
+    /// The first body that holds a point, and its functions there.
+    fn seen(&self, at: &Point<D>) -> Result<(&BodyStress<'a>, ShapeFunctions<3>), Error> {
+        let x = padded(at);
+        let holds = |own: &&BodyStress<'a>| own.recovery.body.holds(&x);
         let outside = || ApproximationError::Outside { at: at.as_slice().to_vec() };
-        Ok(self.bodies.iter().find(holds).ok_or_else(outside)?)
+        let own = self.bodies.iter().find(holds).ok_or_else(outside)?;
+        Ok((own, own.recovery.body.functions(&x)?))
     }
 
     /// The Cauchy stresses \[stress\] at all particles.
@@ -90,13 +92,33 @@ impl<'a, const D: usize> StressField<'a, D> {
     /// # Errors
     /// Where a particle is not covered.
     pub fn at_particles(&self) -> Result<Vec<Matrix3<f64>>, Error> {
-        let each = self.bodies.iter().map(BodyStress::at_particles).collect::<Result<Vec<_>, Error>>()?;
-        Ok(each.concat())
+        at_particles(&self.bodies)
     }
 }
 
-impl<'a, const D: usize> BodyStress<'a, D> {
-    fn new(problem: &'a Problem<D>, number: usize, state: &'a State) -> Result<Self, Error> {
+fn at_particles(bodies: &[BodyStress<'_>]) -> Result<Vec<Matrix3<f64>>, Error> {
+    let mut all = Vec::new();
+    for body in bodies {
+        all.append(&mut body.at_particles()?);
+    }
+    Ok(all)
+}
+
+impl ProblemView<'_> {
+    /// The recovered Cauchy stresses of a state at all particles.
+    pub(super) fn recovered_at_particles(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
+        at_particles(&recovered(self, state)?)
+    }
+}
+
+/// The recovered stresses of all bodies.
+fn recovered<'a>(problem: &ProblemView<'a>, state: &'a State) -> Result<Vec<BodyStress<'a>>, Error> {
+    state.check_lengths(problem.model, problem.equations)?;
+    (0..problem.bodies.len()).map(|number| BodyStress::new(problem, number, state)).collect()
+}
+
+impl<'a> BodyStress<'a> {
+    fn new(problem: &ProblemView<'a>, number: usize, state: &'a State) -> Result<Self, Error> {
         let recovery = Recovery::new(problem, number, state)?;
         let fits = recovery.clusters.iter().map(|_| OnceLock::new()).collect();
         let misses = recovery.facets.iter().map(|_| OnceLock::new()).collect();
@@ -105,31 +127,31 @@ impl<'a, const D: usize> BodyStress<'a, D> {
 
     fn at_particles(&self) -> Result<Vec<Matrix3<f64>>, Error> {
         let Recovery { body, ranks, .. } = &self.recovery;
-        let positions = body.cells.positions();
+        let particles = body.nodes().len();
         let at = |(): &mut (), node: usize| -> Result<Matrix3<f64>, Error> {
-            Ok(self.evaluate(&positions[node], &body.values_at_node(node)?))
+            Ok(self.evaluate(&body.particle(node), &body.values_at_node(node)?))
         };
         match ranks {
             // Ranks sum together, patch by patch.
-            Some(_) => (0..positions.len()).map(|node| at(&mut (), node)).collect(),
-            None => map_with(positions.len(), SERIAL_BELOW, || (), at).into_iter().collect(),
+            Some(_) => (0..particles).map(|node| at(&mut (), node)).collect(),
+            None => map_with(particles, SERIAL_BELOW, || (), at).into_iter().collect(),
         }
     }
 
-    fn fit(&self, node: u32) -> Option<&Fit<D>> {
+    fn fit(&self, node: u32) -> Option<&Fit> {
         self.fits[node as usize].get_or_init(|| self.recovery.fit(node as usize)).as_ref()
     }
 
     /// The polynomials between particles, and near the surface what they miss there.
-    fn evaluate(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> Matrix3<f64> {
+    fn evaluate(&self, at: &Point<3>, psi: &ShapeFunctions<3>) -> Matrix3<f64> {
         self.over_thickness(self.blend(at, psi) + self.missing(at, psi), psi)
     }
 
     /// How far patches differ, and what they miss of the tractions.
-    fn uncertainty(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> f64 {
+    fn uncertainty(&self, at: &Point<3>, psi: &ShapeFunctions<3>) -> f64 {
         let mean = self.blend(at, psi);
         let (mut sum, mut total) = (0.0, 0.0);
-        self.each(at, psi, |value, stress| {
+        self.each(at, psi, &mut |value, stress| {
             sum += value.abs() * (stress - mean).norm_squared();
             total += value.abs();
         });
@@ -139,8 +161,7 @@ impl<'a, const D: usize> BodyStress<'a, D> {
     }
 
     /// What the polynomials miss of the tractions that are known nearby.
-    fn missing(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> Matrix3<f64> {
-        let cells = &self.recovery.body.cells;
+    fn missing(&self, at: &Point<3>, psi: &ShapeFunctions<3>) -> Matrix3<f64> {
         let mut facets: Vec<u32> = Vec::new();
         for &node in &psi.nodes {
             facets.extend_from_slice(&self.recovery.facets_of[node as usize]);
@@ -150,7 +171,7 @@ impl<'a, const D: usize> BodyStress<'a, D> {
         let (mut sum, mut total) = (Matrix3::zeros(), 1.0);
         for facet in facets {
             let Facet { reference, owner, .. } = &self.recovery.facets[facet as usize];
-            let reach = cells.spacings(*owner as usize).min();
+            let reach = self.recovery.body.spacing(*owner as usize);
             let near = (reach / (at - reference).norm().max(1e-9 * reach) - 1.0).max(0.0);
             let weight = near.powi(4);
             if weight > 0.0 {
@@ -162,7 +183,7 @@ impl<'a, const D: usize> BodyStress<'a, D> {
     }
 
     /// A force per current length of a sheet over its thickness.
-    fn over_thickness(&self, stress: Matrix3<f64>, psi: &ShapeFunctions<D>) -> Matrix3<f64> {
+    fn over_thickness(&self, stress: Matrix3<f64>, psi: &ShapeFunctions<3>) -> Matrix3<f64> {
         if self.recovery.thickness.is_empty() {
             return stress;
         }
@@ -195,9 +216,9 @@ impl<'a, const D: usize> BodyStress<'a, D> {
     }
 
     /// $\sum_I\Psi_I\,\sigma_I(x)$ over the particles that have a patch.
-    fn blend(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> Matrix3<f64> {
+    fn blend(&self, at: &Point<3>, psi: &ShapeFunctions<3>) -> Matrix3<f64> {
         let (mut stress, mut total) = (Matrix3::zeros(), 0.0);
-        self.each(at, psi, |value, own| {
+        self.each(at, psi, &mut |value, own| {
             stress += own * value;
             total += value;
         });
@@ -205,11 +226,11 @@ impl<'a, const D: usize> BodyStress<'a, D> {
     }
 
     /// Visits $\Psi_I$ and $\sigma_I(x)$ of the particles that have a patch.
-    fn each(&self, at: &Point<D>, psi: &ShapeFunctions<D>, mut visit: impl FnMut(f64, Matrix3<f64>)) {
+    fn each(&self, at: &Point<3>, psi: &ShapeFunctions<3>, visit: &mut dyn FnMut(f64, Matrix3<f64>)) {
         let x = self.recovery.moved(at, psi);
         for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
             let Some(fit) = self.fit(node) else { continue };
-            let terms = terms(&fit.centre, &fit.scale, &x).values;
+            let terms = terms(self.recovery.body.dim(), &fit.centre, &fit.scale, &x).values;
             let mut stress = Matrix3::zeros();
             for (c, &(i, j)) in self.recovery.components.iter().enumerate() {
                 let part = fit.coefficients.rows(c * terms.len(), terms.len());
@@ -247,48 +268,17 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// For a state of another problem.
     pub fn stress_field<'a>(&'a self, state: &'a State) -> Result<StressField<'a, D>, Error> {
-        state.check_lengths(&self.model, &self.equations)?;
-        let numbers = 0..self.discrete_bodies.len();
-        Ok(StressField {
-            bodies: numbers.map(|number| BodyStress::new(self, number, state)).collect::<Result<_, _>>()?,
-        })
+        Ok(StressField { bodies: recovered(&self.view(), state)? })
     }
 }
 
-/// Points on the whole surface of a body, so many times as dense along each direction as loads have them, and for each the particles whose
-/// rows over it would hold it.
-pub(super) fn surface_of<const D: usize>(
-    body: &DiscreteBody<D>,
-    density: usize,
-) -> Result<(Points<D>, Option<Traces>), Error> {
-    Ok(match body.facets {
-        Facets::OfCells(rule) => {
-            let cells = body.cells.boundary(&Part::Whole, density * rule.parts, rule.gauss)?;
-            (cells.points, Some(cells.traces))
-        }
-        Facets::OfElements { order, gauss } => match body.cells.lattice() {
-            Some(lattice) => {
-                let elements = FiniteElements::new(lattice.clone(), order)?;
-                (elements.boundary(&Part::Whole, density * gauss)?.points, None)
-            }
-            None => (Points::empty(), None),
-        },
-    })
-}
-
-/// Current positions of points.
-type Moved<'a, const D: usize> = &'a dyn Fn(&[Point<D>]) -> Result<Vec<Point<D>>, Error>;
-
-/// For each point of a boundary the particles whose trace functions are nonzero there, with their values.
-pub(super) type Traces = Vec<Vec<(u32, f64)>>;
-
 /// A facet point whose traction is known: $\sigma a = T$ in the components that are.
-struct Facet<const D: usize> {
-    reference: Point<D>,
+struct Facet {
+    reference: Point<3>,
     /// The particle nearest to it.
     owner: u32,
-    psi: ShapeFunctions<D>,
-    current: Point<D>,
+    psi: ShapeFunctions<3>,
+    current: Point<3>,
     weight: f64,
     /// $\operatorname{cof}(F)N$ of length 1.
     area: Vector3<f64>,
@@ -297,17 +287,20 @@ struct Facet<const D: usize> {
 }
 
 /// Quadratic polynomials around a particle.
-struct Fit<const D: usize> {
-    centre: Point<D>,
-    scale: Point<D>,
+struct Fit {
+    centre: Point<3>,
+    scale: Point<3>,
     /// Component by component, as many as the basis has terms.
     coefficients: DVector<f64>,
 }
 
 /// What recovery reads of a state.
-struct Recovery<'a, const D: usize> {
-    problem: &'a Problem<D>,
-    body: &'a DiscreteBody<D>,
+struct Recovery<'a> {
+    model: &'a Model,
+    equations: &'a Constraints,
+    /// The number of bodies.
+    bodies: usize,
+    body: &'a dyn BodyView,
     ranks: Option<&'a dyn Ranks>,
     /// Of the body.
     displacement: &'a [f64],
@@ -316,41 +309,46 @@ struct Recovery<'a, const D: usize> {
     /// Components that may be other than zero, hoops included.
     components: Vec<(usize, usize)>,
     stresses: Vec<Matrix3<f64>>,
-    current: Vec<Point<D>>,
+    current: Vec<Point<3>>,
     jacobians: Vec<f64>,
     /// Body force $b/J$ per current volume at the integration points, where there is one.
     body_force: Option<Vec<Vector3<f64>>>,
     /// Clusters that see each particle.
     clusters: Vec<Vec<u32>>,
-    facets: Vec<Facet<D>>,
+    facets: Vec<Facet>,
     facets_of: Vec<Vec<u32>>,
     /// Particles beside terms that keep their forces to themselves.
     obscure: Vec<bool>,
 }
 
 /// Values and first derivatives of the basis at a point.
-struct Terms<const D: usize> {
+struct Terms {
     values: Vec<f64>,
-    slopes: Vec<Point<D>>,
+    slopes: Vec<Point<3>>,
 }
 
 /// Number of terms of the quadratic basis.
-fn length<const D: usize>() -> usize {
-    (D + 1) * (D + 2) / 2
+fn length(dim: usize) -> usize {
+    (dim + 1) * (dim + 2) / 2
 }
 
 /// The basis $1, \xi_i, \xi_i\xi_j$ of $\xi_i = (x_i - c_i)/s_i$ and its derivatives by $x$.
-fn terms<const D: usize>(centre: &Point<D>, scale: &Point<D>, at: &Point<D>) -> Terms<D> {
-    let xi = (at - centre).component_div(scale);
-    let (mut values, mut slopes) = (vec![1.0], vec![Point::zeros()]);
-    for i in 0..D {
+fn terms(dim: usize, centre: &Point<3>, scale: &Point<3>, at: &Point<3>) -> Terms {
+    let mut xi = [0.0; 3];
+    for i in 0..dim {
+        xi[i] = (at[i] - centre[i]) / scale[i];
+    }
+    let (mut values, mut slopes) = (Vec::with_capacity(length(dim)), Vec::with_capacity(length(dim)));
+    values.push(1.0);
+    slopes.push(Point::zeros());
+    for i in 0..dim {
         values.push(xi[i]);
         let mut slope = Point::zeros();
         slope[i] = 1.0 / scale[i];
         slopes.push(slope);
     }
-    for i in 0..D {
-        for j in i..D {
+    for i in 0..dim {
+        for j in i..dim {
             values.push(xi[i] * xi[j]);
             let mut slope = Point::zeros();
             slope[i] += xi[j] / scale[i];
@@ -361,23 +359,19 @@ fn terms<const D: usize>(centre: &Point<D>, scale: &Point<D>, at: &Point<D>) -> 
     Terms { values, slopes }
 }
 
-impl<'a, const D: usize> Recovery<'a, D> {
-    fn new(problem: &'a Problem<D>, number: usize, state: &'a State) -> Result<Self, Error> {
-        let body = &problem.discrete_bodies()[number];
-        let (table, nodes) = (body.body.table(), body.nodes());
-        let moved = |points: &[Point<D>]| -> Result<Vec<Point<D>>, Error> {
-            let moves = body.displacements_at(points, state)?;
-            points.iter().zip(moves).map(|(x, u)| Ok(x + u)).collect()
-        };
+impl<'a> Recovery<'a> {
+    fn new(problem: &ProblemView<'a>, number: usize, state: &'a State) -> Result<Self, Error> {
+        let (body, dim) = (problem.bodies[number], problem.dim);
+        let (clusters_of, nodes) = (body.clusters(), body.nodes());
         let mut clusters = vec![Vec::new(); nodes.len()];
-        for cluster in 0..table.clusters().len() {
-            for &node in table.clusters().nodes(cluster) {
+        for cluster in 0..clusters_of.len() {
+            for &node in clusters_of.nodes(cluster) {
                 clusters[node as usize - nodes.start].push(cluster as u32);
             }
         }
         let mut components = Vec::new();
-        for i in 0..D {
-            for j in i..D {
+        for i in 0..dim {
+            for j in i..dim {
                 components.push((i, j));
             }
         }
@@ -385,25 +379,29 @@ impl<'a, const D: usize> Recovery<'a, D> {
         let mut jacobians: Vec<f64> = gradients.iter().map(Matrix3::determinant).collect();
         let mut stresses = body.stresses(number, state);
         let mut thickness = Vec::new();
-        if body.sheet.is_some() {
+        if body.is_sheet() {
             // The elastic part times the free one.
-            let across = |(point, f): (usize, &Matrix3<f64>)| Matrix3::repeat(f[(2, 2)] / table.at_rest(point)[(2, 2)]);
+            let across = |(point, f): (usize, &Matrix3<f64>)| Matrix3::repeat(f[(2, 2)] / body.at_rest(point)[(2, 2)]);
             let across: Vec<Matrix3<f64>> = gradients.iter().enumerate().map(across).collect();
             stresses.iter_mut().zip(&across).for_each(|(stress, stretch)| *stress *= stretch[(0, 0)]);
             jacobians.iter_mut().zip(&across).for_each(|(j, stretch)| *j /= stretch[(0, 0)]);
-            thickness = body.at_particles(&across, problem.model().ranks()).iter().map(|mean| mean[(0, 0)]).collect();
+            thickness = body.at_particles(&across, problem.model.ranks()).iter().map(|mean| mean[(0, 0)]).collect();
         } else {
-            components.extend((D..3).map(|k| (k, k)));
+            components.extend((dim..3).map(|k| (k, k)));
         }
+        let places: Vec<Point<3>> = (0..stresses.len()).map(|point| body.point(point)).collect();
+        let current = moved_in(body, state, &places)?;
         let mut recovery = Recovery {
-            problem,
+            model: problem.model,
+            equations: problem.equations,
+            bodies: problem.bodies.len(),
             body,
-            ranks: problem.model().ranks(),
-            displacement: &state.displacement[nodes.start * D..nodes.end * D],
+            ranks: problem.model.ranks(),
+            displacement: &state.displacement[nodes.start * dim..nodes.end * dim],
             thickness,
             components,
             stresses,
-            current: moved(table.positions())?,
+            current,
             jacobians,
             body_force: None,
             clusters,
@@ -411,7 +409,7 @@ impl<'a, const D: usize> Recovery<'a, D> {
             facets_of: vec![Vec::new(); nodes.len()],
             obscure: vec![false; nodes.len()],
         };
-        recovery.look_at_surface(state, &moved)?;
+        recovery.look_at_surface(state)?;
         Ok(recovery)
     }
 
@@ -424,17 +422,27 @@ impl<'a, const D: usize> Recovery<'a, D> {
 
     /// A node among all as the body counts it, if it is one of its.
     fn own(&self, node: usize) -> Option<usize> {
-        self.body.nodes.contains(&node).then(|| node - self.body.nodes.start)
+        let nodes = self.body.nodes();
+        nodes.contains(&node).then(|| node - nodes.start)
     }
 
     /// The current position of a point.
-    fn moved(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> Point<D> {
-        let mut x = *at;
+    fn moved(&self, at: &Point<3>, psi: &ShapeFunctions<3>) -> Point<3> {
+        let (mut x, dim) = (*at, self.body.dim());
         for (&node, value) in psi.nodes.iter().zip(&psi.values) {
-            for i in 0..D {
-                x[i] += value * self.displacement[node as usize * D + i];
+            for i in 0..dim {
+                x[i] += value * self.displacement[node as usize * dim + i];
             }
         }
         x
     }
+}
+
+/// Current positions of points of a body.
+fn moved_in(body: &dyn BodyView, state: &State, points: &[Point<3>]) -> Result<Vec<Point<3>>, Error> {
+    let mut moved = points.to_vec();
+    for (x, psi) in moved.iter_mut().zip(body.values_at(points)?) {
+        *x += body.weighted(&psi, state);
+    }
+    Ok(moved)
 }

@@ -3,10 +3,10 @@
 use nalgebra::{Matrix3, Rotation3, SMatrix};
 
 use crate::error::{BoundaryError, Error};
-use crate::geometry::Point;
-use crate::mesh::Mesh;
+use crate::geometry::{Point, padded};
 use crate::solve::State;
 
+use super::view::all_padded;
 use crate::scene::discretisation::problem::Problem;
 
 /// How a rigid body has moved.
@@ -33,23 +33,29 @@ impl<const D: usize> RigidMotion<D> {
 }
 
 /// A volume of a mesh that is rigid, as it is drawn in a state.
-pub(crate) struct RigidShape<'a, const D: usize> {
-    pub mesh: &'a Mesh<D>,
+pub(crate) struct RigidShape {
+    pub points: Vec<Point<3>>,
     /// Corners in the order of [`Cells::corners`](crate::cells::Cells::corners).
     pub cells: Vec<Vec<usize>>,
-    pub displacements: Vec<Point<D>>,
+    pub displacements: Vec<Point<3>>,
 }
 
 impl<const D: usize> Problem<D> {
     /// The volumes that are rigid bodies in a state.
-    pub(crate) fn rigid_shapes(&self, state: &State) -> Vec<RigidShape<'_, D>> {
-        let all = self.frames.iter().flat_map(|frame| frame.shapes.iter().map(move |mesh| (frame, &**mesh)));
-        all.map(|(frame, mesh)| {
-            let displacements = mesh.points().iter().map(|x| frame.displacement(x, &state.displacement)).collect();
-            let cells = (0..mesh.cell_count()).map(|cell| mesh.lattice_corners(cell)).collect();
-            RigidShape { mesh, cells, displacements }
-        })
-        .collect()
+    pub(crate) fn rigid_shapes(&self, state: &State) -> Vec<RigidShape> {
+        let mut shapes = Vec::new();
+        for frame in &self.frames {
+            for mesh in &frame.shapes {
+                let points = all_padded(mesh.points());
+                let mut displacements = Vec::with_capacity(points.len());
+                for x in mesh.points() {
+                    displacements.push(padded(&frame.displacement(x, &state.displacement)));
+                }
+                let cells = (0..mesh.cell_count()).map(|cell| mesh.lattice_corners(cell)).collect();
+                shapes.push(RigidShape { points, cells, displacements });
+            }
+        }
+        shapes
     }
 }
 

@@ -9,6 +9,7 @@ use crate::solve::State;
 
 use crate::term::parted_mut;
 
+use super::view::BodyView;
 use crate::scene::Problem;
 
 /// Sweeps at most that make coefficients of values at particles.
@@ -16,29 +17,29 @@ const SWEEPS: usize = 50;
 /// Part of the values that may be missing then: far below what models are apart.
 const MISSING: f64 = 1e-7;
 
-/// The coefficients $d$ whose values $\sum_I \Psi_I(x_J)\\,d_I$ at the particles are those wanted, `D` numbers each.
-pub(crate) fn coefficients<const D: usize>(functions: &[ShapeFunctions<D>], wanted: Vec<f64>) -> Vec<f64> {
+/// The coefficients $d$ whose values $\sum_I \Psi_I(x_J)\\,d_I$ at the particles are those wanted, `dim` numbers each.
+pub(crate) fn coefficients(dim: usize, functions: &[ShapeFunctions<3>], wanted: Vec<f64>) -> Vec<f64> {
     let mut found = wanted.clone();
     let size = norm(&wanted);
     for _ in 0..SWEEPS {
-        let missing: Vec<f64> = wanted.iter().zip(values(functions, &found)).map(|(a, b)| a - b).collect();
+        let missing: Vec<f64> = wanted.iter().zip(values(dim, functions, &found)).map(|(a, b)| a - b).collect();
         if !(norm(&missing) > MISSING * size) {
             break;
         }
         // Steps that leave least: where spacings jump, full ones lead away.
-        let answer = values(functions, &missing);
+        let answer = values(dim, functions, &missing);
         let step = dot(&missing, &answer) / dot(&answer, &answer);
         found.iter_mut().zip(missing).for_each(|(found, missing)| *found += step * missing);
     }
     found
 }
 
-/// Values of a field by its coefficients, `D` numbers each.
-pub(crate) fn values<const D: usize>(functions: &[ShapeFunctions<D>], field: &[f64]) -> Vec<f64> {
-    let mut values = vec![0.0; D * functions.len()];
-    for (value, psi) in values.chunks_exact_mut(D).zip(functions) {
+/// Values of a field by its coefficients, `dim` numbers each.
+pub(crate) fn values(dim: usize, functions: &[ShapeFunctions<3>], field: &[f64]) -> Vec<f64> {
+    let mut values = vec![0.0; dim * functions.len()];
+    for (value, psi) in values.chunks_exact_mut(dim).zip(functions) {
         for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
-            let given = &field[node as usize * D..];
+            let given = &field[node as usize * dim..];
             value.iter_mut().zip(given).for_each(|(value, given)| *value += psi * given);
         }
     }
@@ -63,18 +64,10 @@ impl<const D: usize> Problem<D> {
         guess.load = state.load;
         from.check_length(state)?;
         for (number, discrete_body) in self.discrete_bodies.iter().enumerate() {
-            let positions = discrete_body.cells.positions();
             // Bodies of scenes that differ are matched by the place alone.
             let other =
                 from.discrete_bodies.iter().find(|other| other.name == discrete_body.name).unwrap_or(from.first());
-            if let Some(x) = positions.iter().find(|x| !other.cells.contains(x)) {
-                return Err(ApproximationError::Outside { at: x.as_slice().to_vec() }.into());
-            }
-            let mut wanted = Vec::with_capacity(D * positions.len());
-            for displacement in other.displacements_at(positions, state)? {
-                wanted.extend_from_slice(displacement.as_slice());
-            }
-            let found = coefficients(&discrete_body.values_at(positions)?, wanted);
+            let found = carried(discrete_body, other, state)?;
             let first = discrete_body.nodes.start * D;
             guess.displacement[first..first + found.len()].copy_from_slice(&found);
             let place = from.discrete_bodies.iter().position(|m| m.name == other.name).unwrap_or(0);
@@ -102,4 +95,21 @@ impl<const D: usize> Problem<D> {
         self.transfer_frames(from, state, &mut guess);
         Ok(guess)
     }
+}
+
+/// The coefficients of a body whose displacements at its particles are those of another one.
+fn carried(body: &dyn BodyView, other: &dyn BodyView, state: &State) -> Result<Vec<f64>, Error> {
+    let (dim, mut positions) = (body.dim(), Vec::with_capacity(body.nodes().len()));
+    for particle in 0..body.nodes().len() {
+        let x = body.particle(particle);
+        if !other.holds(&x) {
+            return Err(ApproximationError::Outside { at: x.as_slice()[..dim].to_vec() }.into());
+        }
+        positions.push(x);
+    }
+    let mut wanted = Vec::with_capacity(dim * positions.len());
+    for psi in other.values_at(&positions)? {
+        wanted.extend_from_slice(&other.weighted(&psi, state).as_slice()[..dim]);
+    }
+    Ok(coefficients(dim, &body.values_at(&positions)?, wanted))
 }

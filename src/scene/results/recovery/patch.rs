@@ -4,22 +4,23 @@ use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Vector3};
 
 use crate::geometry::Point;
 
-use super::{EQUILIBRIUM, Facet, Facets, Fit, RIDGE, Recovery, length, terms};
+use super::{EQUILIBRIUM, Facet, Fit, RIDGE, Recovery, length, terms};
+use crate::scene::discretisation::facet_rule::Facets;
 
-impl<const D: usize> Recovery<'_, D> {
+impl Recovery<'_> {
     /// The clusters that see a particle, and those beside them where they are no more than the cells around it: those of low
     /// finite elements say too little.
     fn patch(&self, node: usize) -> Vec<u32> {
-        let table = self.body.body.table();
+        let (clusters_of, first) = (self.body.clusters(), self.body.nodes().start);
         let near = &self.clusters[node];
-        let cells = matches!(self.body.facets, Facets::OfElements { order: 1, .. });
+        let cells = matches!(self.body.facets(), Facets::OfElements { order: 1, .. });
         if !cells {
             return near.clone();
         }
         let mut seen = vec![0.0; self.clusters.len()];
         for &cluster in near {
-            let nodes = table.clusters().nodes(cluster as usize);
-            nodes.iter().for_each(|&node| seen[node as usize - self.body.nodes.start] = 1.0);
+            let nodes = clusters_of.nodes(cluster as usize);
+            nodes.iter().for_each(|&node| seen[node as usize - first] = 1.0);
         }
         self.total(&mut seen);
         let mut all: Vec<u32> = Vec::new();
@@ -34,54 +35,57 @@ impl<const D: usize> Recovery<'_, D> {
     }
 
     /// Where the polynomials of a particle are centred and what they are scaled by, and the volume of its patch.
-    fn frame(&self, node: usize, clusters: &[u32]) -> Option<(Point<D>, Point<D>, f64)> {
-        let table = self.body.body.table();
-        let mut total = [0.0];
+    fn frame(&self, node: usize, clusters: &[u32]) -> Option<(Point<3>, Point<3>, f64)> {
+        let (clusters_of, weights) = (self.body.clusters(), self.body.weights());
+        let (dim, mut total) = (self.body.dim(), [0.0]);
         for &cluster in clusters {
-            for p in table.clusters().points(cluster as usize) {
-                total[0] += table.weights()[p];
+            for p in clusters_of.points(cluster as usize) {
+                total[0] += weights[p];
             }
         }
         self.total(&mut total);
         let psi = self.body.values_at_node(node).ok()?;
-        let centre = self.moved(&self.body.cells.positions()[node], &psi);
-        let mut scale = Point::<D>::zeros();
+        let centre = self.moved(&self.body.particle(node), &psi);
+        let mut scale = Point::<3>::zeros();
         for &cluster in clusters {
-            for p in table.clusters().points(cluster as usize) {
-                scale = scale.zip_map(&(self.current[p] - centre), |s: f64, x: f64| s.max(x.abs()));
+            for p in clusters_of.points(cluster as usize) {
+                for i in 0..dim {
+                    scale[i] = scale[i].max((self.current[p][i] - centre[i]).abs());
+                }
             }
         }
+        let extents = &mut scale.as_mut_slice()[..dim];
         if let Some(ranks) = self.ranks {
-            ranks.largest(scale.as_mut_slice());
+            ranks.largest(extents);
         }
-        let usable = total[0] > 0.0 && scale.iter().all(|s| *s > 0.0 && s.is_finite());
+        let usable = total[0] > 0.0 && extents.iter().all(|s| *s > 0.0 && s.is_finite());
         usable.then_some((centre, scale, total[0]))
     }
 
     /// The polynomials of a particle; none where nothing is known around it.
-    pub(super) fn fit(&self, node: usize) -> Option<Fit<D>> {
-        let body = &self.body.body;
-        let table = body.table();
+    pub(super) fn fit(&self, node: usize) -> Option<Fit> {
+        let (body, dim) = (self.body, self.body.dim());
+        let (clusters_of, weights) = (body.clusters(), body.weights());
         let clusters = &self.patch(node);
         let (centre, scale, total) = self.frame(node, clusters)?;
-        let mut system = Patch::new(&self.components, length::<D>());
+        let mut system = Patch::new(&self.components, length(dim));
         // Pressures that are constant in their zones may alternate from zone to zone: only the linear functions of the
         // patch, which do not see that, are tested with them.
-        let constant = |&c: &u32| table.clusters().points(c as usize).all(|p| body.zone_functions(p).len() == 1);
+        let constant = |&c: &u32| clusters_of.points(c as usize).all(|p| body.zone_functions(p).len() == 1);
         let mut others = [f64::from(u8::from(!clusters.iter().all(constant)))];
         self.total(&mut others);
-        let mut tests = (others[0] == 0.0).then(|| vec![(vec![0.0; length::<D>()], 0.0); D + 1]);
+        let mut tests = (others[0] == 0.0).then(|| vec![(vec![0.0; length(dim)], 0.0); dim + 1]);
         for &cluster in clusters {
-            let points = table.clusters().points(cluster as usize);
+            let points = clusters_of.points(cluster as usize);
             let projected = points.clone().next().map_or(0, |p| body.zone_functions(p).len());
-            let mut moments = vec![(vec![0.0; length::<D>()], 0.0); projected];
+            let mut moments = vec![(vec![0.0; length(dim)], 0.0); projected];
             for p in points {
-                let terms = terms(&centre, &scale, &self.current[p]).values;
-                let (weight, stress) = (table.weights()[p], &self.stresses[p]);
+                let terms = terms(dim, &centre, &scale, &self.current[p]).values;
+                let (weight, stress) = (weights[p], &self.stresses[p]);
                 system.add_deviator(&terms, stress, weight);
                 let pressure = stress.trace() / 3.0;
                 let (tested, functions) = match &mut tests {
-                    Some(tests) => (tests, &terms[..=D]),
+                    Some(tests) => (tests, &terms[..=dim]),
                     None => (&mut moments, body.zone_functions(p)),
                 };
                 if functions.is_empty() {
@@ -121,34 +125,33 @@ impl<const D: usize> Recovery<'_, D> {
         system: &mut Patch,
         node: usize,
         clusters: &[u32],
-        centre: &Point<D>,
-        scale: &Point<D>,
+        centre: &Point<3>,
+        scale: &Point<3>,
         total: f64,
     ) {
-        let table = self.body.body.table();
-        let hoops = table.hoop_components();
+        let (clusters_of, hoops, dim) = (self.body.clusters(), self.body.hoops(), self.body.dim());
         // The polynomials' divergence is linear: these points determine it.
         let mut places = Vec::new();
         for &cluster in clusters {
-            let points = table.clusters().points(cluster as usize);
-            let step = (points.len() / (4 * D)).max(1);
+            let points = clusters_of.points(cluster as usize);
+            let step = (points.len() / (4 * dim)).max(1);
             places.extend(points.step_by(step));
         }
         let mut count = [places.len() as f64];
         self.total(&mut count);
         let weight = EQUILIBRIUM * total / count[0].max(1.0);
-        let size = scale.min();
+        let size = scale.as_slice()[..dim].iter().copied().fold(f64::INFINITY, f64::min);
         for &p in &places {
             let x = &self.current[p];
-            let terms = terms(centre, scale, x);
+            let terms = terms(dim, centre, scale, x);
             let force = self.body_force.as_ref().map_or_else(Vector3::zeros, |force| force[p]);
-            for i in 0..D {
+            for i in 0..dim {
                 let mut row = Vec::new();
                 for (c, &(a, b)) in self.components.iter().enumerate() {
                     // ∂σ_ij/∂x_j, and (n σ_rr − Σ σ_hoop)/r in the radial direction.
-                    let along = if a == i && b < D {
+                    let along = if a == i && b < dim {
                         Some(b)
-                    } else if b == i && a < D {
+                    } else if b == i && a < dim {
                         Some(a)
                     } else {
                         None
@@ -181,8 +184,8 @@ impl<const D: usize> Recovery<'_, D> {
         let area: f64 = facets.iter().map(|&f| self.facets[f as usize].weight).sum();
         for &facet in facets {
             let Facet { current, weight, area: normal, traction, known, .. } = &self.facets[facet as usize];
-            let terms = terms(centre, scale, current).values;
-            for i in (0..D).filter(|&i| known[i]) {
+            let terms = terms(dim, centre, scale, current).values;
+            for i in (0..dim).filter(|&i| known[i]) {
                 let mut row = Vec::new();
                 for (c, &(a, b)) in self.components.iter().enumerate() {
                     let factor = if a == i {

@@ -5,15 +5,15 @@ use std::collections::HashMap;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::Error;
-use crate::geometry::{Point, padded};
-use crate::quadrature::Points;
+use crate::geometry::Point;
 use crate::solve::State;
 use crate::tensor::cofactor;
 use crate::term::{Term, View, parted};
 
 use crate::neighbours::BoxTree;
 
-use super::{Facet, Moved, Recovery, surface_of};
+use super::{Facet, Recovery, moved_in};
+use crate::scene::results::view::SurfaceRule;
 
 /// The nodes that a term may exert forces on; a contact that is open exerts none.
 fn acting<'a>(term: &'a dyn Term, condensed: &'a [f64]) -> impl Iterator<Item = u32> + 'a {
@@ -25,36 +25,38 @@ fn acting<'a>(term: &'a dyn Term, condensed: &'a [f64]) -> impl Iterator<Item = 
     (0..term.clusters()).filter(exerts).flat_map(|cluster| term.nodes(cluster).iter().copied())
 }
 
-impl<const D: usize> Recovery<'_, D> {
+impl Recovery<'_> {
     /// Collects the loads, and the facets with what is known of their tractions.
-    pub(super) fn look_at_surface(&mut self, state: &State, moved: Moved<'_, D>) -> Result<(), Error> {
-        let problem = self.problem;
-        let (points, traces) = surface_of(self.body, 1)?;
-        let key = |x: &Point<D>, n: &Point<D>| -> Vec<u64> {
+    pub(super) fn look_at_surface(&mut self, state: &State) -> Result<(), Error> {
+        let (model, dim) = (self.model, self.body.dim());
+        let points = self.body.surface(1)?;
+        let key = |x: &Point<3>, n: &Point<3>| -> Vec<u64> {
             // Rounded: facets of a part and of the whole may differ in their last bits. Normals tell faces apart at corners.
-            x.iter().chain(n.iter()).map(|v| ((v * 1e3).round() as i64 as u64).wrapping_mul(31)).collect()
+            [x, n]
+                .iter()
+                .flat_map(|v| &v.as_slice()[..dim])
+                .map(|v| ((v * 1e3).round() as i64 as u64).wrapping_mul(31))
+                .collect()
         };
-        let exact = |a: &Point<D>, b: &Point<D>, size: f64| (a - b).norm() <= 1e-9 * size;
-        let size = self.body.cells.positions().iter().fold(0.0, |largest: f64, x| largest.max(x.amax()));
+        let exact = |a: &Point<3>, b: &Point<3>, size: f64| (a - b).norm() <= 1e-9 * size;
+        let size = self.body.size();
         let mut at: HashMap<Vec<u64>, Vec<usize>> = Default::default();
         for (facet, (x, n)) in points.positions.iter().zip(&points.normals).enumerate() {
             at.entry(key(&(x / size), n)).or_default().push(facet);
         }
         let find = |x: &Vector3<f64>, n: &Vector3<f64>| {
-            let (x, n): (Point<D>, Point<D>) = (padded(x), padded(n));
+            let [x, n] = [x, n].map(|v| Point::from_fn(|i, _| if i < dim { v[i] } else { 0.0 }));
             let near = at.get(&key(&(x / size), &n))?;
             near.iter().copied().find(|&facet| exact(&points.positions[facet], &x, size))
         };
-        let mut volume = [self.body.body.table().weights().iter().sum::<f64>()];
+        let mut volume = [self.body.weights().iter().sum::<f64>()];
         self.total(&mut volume);
         let mut tractions = vec![Vector3::<f64>::zeros(); points.positions.len()];
         let mut body_force: Option<Vec<Vector3<f64>>> = None;
         let mut obscure = vec![0.0; self.obscure.len()];
         // The bodies come first.
-        let bodies = problem.discrete_bodies().len();
-        for (number, (term, condensed)) in problem.model().terms().iter().zip(&state.condensed).enumerate().skip(bodies)
-        {
-            let sums = problem.model().sums(number);
+        for (number, (term, condensed)) in model.terms().iter().zip(&state.condensed).enumerate().skip(self.bodies) {
+            let sums = model.sums(number);
             let view = View { displacement: &state.displacement, condensed, load: state.load };
             let nodes = || acting(&**term, condensed);
             let mut acts = [f64::from(u8::from(nodes().any(|node| self.own(node as usize).is_some())))];
@@ -79,10 +81,10 @@ impl<const D: usize> Recovery<'_, D> {
                     given[2] = 1.0;
                 } else if !densities.positions.is_empty() {
                     // A force over all of the body; anything less, a point load, has no density.
-                    let (nearest, table) = (BoxTree::of(&densities.positions), self.body.body.table());
+                    let nearest = BoxTree::of(&densities.positions);
                     let sums = body_force.get_or_insert_with(|| vec![Vector3::zeros(); self.current.len()]);
-                    for ((sum, x), j) in sums.iter_mut().zip(table.positions()).zip(&self.jacobians) {
-                        *sum += densities.forces[nearest.nearest(&padded(x)).unwrap_or(0)] / *j;
+                    for (point, (sum, j)) in sums.iter_mut().zip(&self.jacobians).enumerate() {
+                        *sum += densities.forces[nearest.nearest(&self.body.point(point)).unwrap_or(0)] / *j;
                     }
                 }
             } else if term.clusters() > 0 {
@@ -106,39 +108,40 @@ impl<const D: usize> Recovery<'_, D> {
             tractions.iter_mut().zip(all.chunks_exact(3)).for_each(|(t, sum)| *t = Vector3::from_column_slice(sum));
         }
         self.body_force = body_force;
-        self.add_facets(&points, traces.as_deref(), &tractions, &moved(&points.positions)?)
+        let current = moved_in(self.body, state, &points.positions)?;
+        self.add_facets(&points, &tractions, &current)
     }
 
     /// The facets on which at least one component of the traction is known.
     fn add_facets(
         &mut self,
-        points: &Points<D>,
-        traces: Option<&[Vec<(u32, f64)>]>,
+        points: &SurfaceRule,
         tractions: &[Vector3<f64>],
-        current: &[Point<D>],
+        current: &[Point<3>],
     ) -> Result<(), Error> {
+        let dim = self.body.dim();
         let mut held = vec![false; self.displacement.len()];
         let mut tied = vec![false; self.obscure.len()];
-        for row in self.problem.equations().equations() {
-            let elsewhere = row.entries.iter().any(|&(k, c)| self.own(k / D).is_none() && c != 0.0);
-            let component = row.dependent % D;
+        for row in self.equations.equations() {
+            let elsewhere = row.entries.iter().any(|&(k, c)| self.own(k / dim).is_none() && c != 0.0);
+            let component = row.dependent % dim;
             if elsewhere {
                 // Of a bond, or a rigid body.
-                row.entries.iter().filter_map(|&(k, _)| self.own(k / D)).for_each(|node| tied[node] = true);
-            } else if let Some(node) = self.own(row.dependent / D) {
-                held[node * D + component] = true;
-                tied[node] |= row.entries.iter().any(|&(k, c)| k % D != component && c != 0.0);
+                row.entries.iter().filter_map(|&(k, _)| self.own(k / dim)).for_each(|node| tied[node] = true);
+            } else if let Some(node) = self.own(row.dependent / dim) {
+                held[node * dim + component] = true;
+                tied[node] |= row.entries.iter().any(|&(k, c)| k % dim != component && c != 0.0);
             }
         }
-        let hoops = self.body.body.table().hoop_components();
-        let size = self.body.cells.positions().iter().fold(0.0, |largest: f64, x| largest.max(x.amax()));
+        let hoops = self.body.hoops();
+        let size = self.body.size();
         for (point, x) in points.positions.iter().enumerate() {
             // The axis of revolution is no surface.
             if !hoops.is_empty() && x[0].abs() < 1e-12 * size {
                 continue;
             }
-            let psi = self.body.approximation.shape_functions(x)?;
-            let owners: Vec<usize> = match traces {
+            let psi = self.body.functions(x)?;
+            let owners: Vec<usize> = match &points.traces {
                 Some(traces) => traces[point].iter().map(|h| h.0 as usize).collect(),
                 None => psi
                     .nodes
@@ -152,15 +155,15 @@ impl<const D: usize> Recovery<'_, D> {
             if owners.iter().any(|&node| tied[node]) || owners.iter().all(|&node| self.obscure[node]) {
                 continue;
             }
-            let known = std::array::from_fn(|i| i < D && !owners.iter().all(|&node| held[node * D + i]));
+            let known = std::array::from_fn(|i| i < dim && !owners.iter().all(|&node| held[node * dim + i]));
             if !known.contains(&true) {
                 continue;
             }
             let mut f = Matrix3::identity();
             for (&node, (value, gradient)) in psi.nodes.iter().zip(psi.values.iter().zip(&psi.gradients)) {
-                let d = &self.displacement[node as usize * D..][..D];
-                for i in 0..D {
-                    for j in 0..D {
+                let d = &self.displacement[node as usize * dim..][..dim];
+                for i in 0..dim {
+                    for j in 0..dim {
                         f[(i, j)] += d[i] * gradient[j];
                     }
                 }
@@ -168,7 +171,7 @@ impl<const D: usize> Recovery<'_, D> {
                     f[(k, k)] += d[0] * value / x[0];
                 }
             }
-            let area = cofactor(&f) * padded::<D, 3>(&points.normals[point]);
+            let area = cofactor(&f) * points.normals[point];
             let length = area.norm();
             if !(length > 0.0) {
                 continue;
@@ -177,7 +180,7 @@ impl<const D: usize> Recovery<'_, D> {
             for &node in &psi.nodes {
                 self.facets_of[node as usize].push(facet);
             }
-            let distance = |node: &&u32| (self.body.cells.positions()[**node as usize] - x).norm_squared();
+            let distance = |node: &&u32| (self.body.particle(**node as usize) - x).norm_squared();
             let nearest = psi.nodes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
             self.facets.push(Facet {
                 reference: *x,

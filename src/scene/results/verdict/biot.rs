@@ -7,6 +7,7 @@ use nalgebra::{Matrix2, Vector3};
 use crate::error::{Doubt, DoubtCause};
 use crate::material::surface_stability;
 use crate::scene::Problem;
+use crate::scene::results::view::ProblemView;
 use crate::solve::State;
 
 use super::surface_points::SurfacePoint;
@@ -22,33 +23,34 @@ struct Fixed {
 /// A doubt about a free surface that two neighbouring trace functions, in the mean, have beyond Biot's limit. Particles that share a
 /// facet with a bonded one are left out: at the end of a bonded face strains are singular, and grow with refinement. So are surfaces in
 /// contact, which prevents the waves.
-pub(super) fn beyond_limit<const D: usize>(
-    problem: &Problem<D>,
+pub(super) fn beyond_limit(
+    problem: &ProblemView<'_>,
     state: &State,
-    points: &[SurfacePoint<D>],
+    points: &[SurfacePoint],
+    touching: &HashSet<usize>,
 ) -> Option<Doubt> {
-    if D == 1 {
+    let dim = problem.dim;
+    if dim == 1 {
         return None;
     }
     let fixed = fixed(problem);
-    let touching = touching(problem, state);
     let mut exempt = touching.clone();
     for point in points.iter().filter(|point| point.owners.iter().any(|&node| fixed.bonded[node])) {
         exempt.extend(&point.owners);
     }
     // Sums of the criterion and of the weights, by particle.
     let mut sums: HashMap<usize, [f64; 2]> = HashMap::new();
-    let is_free = |point: &&SurfacePoint<D>| {
-        let prevented = |i: usize| point.owners.iter().all(|&node| fixed.components[node * D + i]);
-        !(0..D).any(prevented) && !point.owners.iter().all(|node| touching.contains(node))
+    let is_free = |point: &&SurfacePoint| {
+        let prevented = |i: usize| point.owners.iter().all(|&node| fixed.components[node * dim + i]);
+        !(0..dim).any(prevented) && !point.owners.iter().all(|node| touching.contains(node))
     };
     for point in points.iter().filter(is_free) {
-        let body = &problem.discrete_bodies()[point.body];
-        let material = body.body().material();
-        if body.sheet.is_some() || material.volumetric().is_none() {
+        let body = problem.bodies[point.body];
+        let material = body.material();
+        if body.is_sheet() || material.volumetric().is_none() {
             continue;
         }
-        let Some(stability) = least(point, |along, across| surface_stability(&**material, along, across)) else {
+        let Some(stability) = least(point, &|along, across| surface_stability(material, along, across)) else {
             continue;
         };
         for &node in &point.owners {
@@ -61,20 +63,20 @@ pub(super) fn beyond_limit<const D: usize>(
     let fails = |node: &&usize| mean(node) < 0.0 && !exempt.contains(node);
     let several = points.iter().filter(|point| point.owners.iter().filter(fails).count() >= 2);
     let worst = several.min_by(|a, b| {
-        let of = |point: &SurfacePoint<D>| point.owners.iter().map(mean).fold(f64::INFINITY, f64::min);
+        let of = |point: &SurfacePoint| point.owners.iter().map(mean).fold(f64::INFINITY, f64::min);
         of(a).total_cmp(&of(b))
     })?;
-    let stretch = least(worst, |along, _| along)?;
+    let stretch = least(worst, &|along, _| along)?;
     let cause = DoubtCause::Surface { stretch };
-    Some(Doubt { cause, load: state.load, at: worst.reference.as_slice().to_vec() })
+    Some(Doubt { cause, load: state.load, at: problem.cut(&worst.reference) })
 }
 
 /// The least value over the principal directions of the surface: of the stretches along it and across.
-fn least<const D: usize>(point: &SurfacePoint<D>, of: impl Fn(f64, f64) -> f64) -> Option<f64> {
+fn least(point: &SurfacePoint, of: &dyn Fn(f64, f64) -> f64) -> Option<f64> {
     let area = point.area();
     let normal = area / area.norm();
     let strain = point.f * point.f.transpose();
-    let values: Vec<f64> = if D == 2 {
+    let values: Vec<f64> = if point.dim == 2 {
         let tangent = Vector3::new(-normal.y, normal.x, 0.0);
         vec![of(tangent.dot(&(strain * tangent)).sqrt(), strain[(2, 2)].sqrt())]
     } else {
@@ -90,24 +92,24 @@ fn least<const D: usize>(point: &SurfacePoint<D>, of: impl Fn(f64, f64) -> f64) 
     values.into_iter().filter(|value| value.is_finite()).min_by(f64::total_cmp)
 }
 
-fn fixed<const D: usize>(problem: &Problem<D>) -> Fixed {
-    let nodes = problem.model().node_count();
-    let mut fixed = Fixed { components: vec![false; nodes * D], bonded: vec![false; nodes] };
-    for equation in problem.equations().equations() {
-        let component = equation.dependent % D;
+fn fixed(problem: &ProblemView<'_>) -> Fixed {
+    let (nodes, dim) = (problem.model.node_count(), problem.dim);
+    let mut fixed = Fixed { components: vec![false; nodes * dim], bonded: vec![false; nodes] };
+    for equation in problem.equations.equations() {
+        let component = equation.dependent % dim;
         fixed.components[equation.dependent] = true;
-        if equation.entries.iter().any(|&(k, c)| k % D != component && c != 0.0) {
-            fixed.bonded[equation.dependent / D] = true;
+        if equation.entries.iter().any(|&(k, c)| k % dim != component && c != 0.0) {
+            fixed.bonded[equation.dependent / dim] = true;
         }
     }
     for node in 0..nodes {
-        fixed.bonded[node] |= (0..D).all(|i| fixed.components[node * D + i]);
+        fixed.bonded[node] |= (0..dim).all(|i| fixed.components[node * dim + i]);
     }
     fixed
 }
 
 /// Particles in contact.
-fn touching<const D: usize>(problem: &Problem<D>, state: &State) -> HashSet<usize> {
+pub(super) fn touching<const D: usize>(problem: &Problem<D>, state: &State) -> HashSet<usize> {
     let key = |x: &[f64]| x.iter().map(|v| v.to_bits()).collect::<Vec<u64>>();
     let mut active = HashSet::new();
     for contact in &problem.contacts {

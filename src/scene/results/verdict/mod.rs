@@ -69,7 +69,8 @@ impl<const D: usize> Problem<D> {
         let state = path.last();
         state.check_lengths(&self.model, &self.equations)?;
         let mut doubts: Vec<Doubt> = path.doubts().into_iter().cloned().collect();
-        let points = surface_points::surface_points(self, state)?;
+        let view = self.view();
+        let points = surface_points::surface_points(&view, state)?;
         doubts.extend(passing::passed(self, state, &points));
         doubts.extend(self.equations.overruled().iter().map(|overruled| Doubt {
             cause: DoubtCause::Overruled { conditions: overruled.to_string() },
@@ -85,7 +86,7 @@ impl<const D: usize> Problem<D> {
                 _ => Vec::new(),
             },
         }));
-        doubts.extend(biot::beyond_limit(self, state, &points));
+        doubts.extend(biot::beyond_limit(&view, state, &points, &biot::touching(self, state)));
         Ok(doubts)
     }
 
@@ -97,7 +98,7 @@ impl<const D: usize> Problem<D> {
     /// For a state of another problem.
     pub fn doubts(&self, state: &State) -> Result<Vec<Doubt>, Error> {
         state.check_lengths(&self.model, &self.equations)?;
-        let mut doubts: Vec<Doubt> = volume::folded(self, state).into_iter().collect();
+        let mut doubts: Vec<Doubt> = volume::folded(&self.view(), state).into_iter().collect();
         doubts.extend(depth::unresolved(self, state));
         doubts.extend(restraint::strained(self, state));
         Ok(doubts)

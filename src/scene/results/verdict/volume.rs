@@ -2,11 +2,10 @@
 
 use crate::error::{Doubt, DoubtCause};
 use crate::geometry::Point;
-use crate::material::{Material, Past, VolumetricEnergy};
+use crate::material::{Past, VolumetricEnergy};
 use crate::solve::State;
 
-use crate::scene::Problem;
-use crate::scene::discretisation::discrete_body::DiscreteBody;
+use crate::scene::results::view::{BodyView, ProblemView};
 
 use super::share::LARGEST_SHARE;
 
@@ -15,14 +14,14 @@ use super::share::LARGEST_SHARE;
 const APART: f64 = 0.2;
 
 /// Energies of a body and the point that is furthest from what the pressure allows.
-struct Found<const D: usize> {
+struct Found {
     /// $\int\frac{\mu_0}{2}\ln^2(J/\hat J)$ over the points that are apart.
     folded: f64,
     /// The distortional energy.
     distortional: f64,
     /// $|\ln(J/\hat J)|$, $J$, $\hat J$ and the position.
     worst: [f64; 3],
-    at: Point<D>,
+    at: Point<3>,
 }
 
 /// A doubt about a state in which volumes are not what pressures allow.
@@ -31,21 +30,21 @@ struct Found<const D: usize> {
 /// corners. $\hat J$ with $U'(\hat J) = p$ is the volume that the pressure allows, and $\frac{\mu_0}{2}\ln^2(J/\hat J)$ is the least energy
 /// that a change of shape of this size takes: where its integral is more than a small part of the distortional energy, the shape of
 /// the field is not that of the rubber.
-pub(super) fn folded<const D: usize>(problem: &Problem<D>, state: &State) -> Option<Doubt> {
+pub(super) fn folded(problem: &ProblemView<'_>, state: &State) -> Option<Doubt> {
     let mut found = Found { folded: 0.0, distortional: 0.0, worst: [0.0, 1.0, 1.0], at: Point::zeros() };
-    for (number, body) in problem.discrete_bodies().iter().enumerate() {
-        add(body, number, state, &mut found);
+    for (number, body) in problem.bodies.iter().enumerate() {
+        add(*body, number, state, &mut found);
     }
-    if let Some(ranks) = problem.model().ranks() {
+    if let Some(ranks) = problem.model.ranks() {
         let mut sums = [found.folded, found.distortional];
         ranks.sum(&mut sums);
         [found.folded, found.distortional] = sums;
         let mut mine = found.worst.to_vec();
-        mine.extend(found.at.iter());
+        mine.extend(&problem.cut(&found.at));
         let all = ranks.gathered(&mine);
-        if let Some(worst) = all.chunks_exact(3 + D).max_by(|a, b| a[0].total_cmp(&b[0])) {
+        if let Some(worst) = all.chunks_exact(3 + problem.dim).max_by(|a, b| a[0].total_cmp(&b[0])) {
             found.worst.copy_from_slice(&worst[..3]);
-            found.at = Point::from_column_slice(&worst[3..]);
+            found.at.as_mut_slice()[..problem.dim].copy_from_slice(&worst[3..]);
         }
     }
     let share = found.folded / (found.folded + found.distortional);
@@ -53,20 +52,19 @@ pub(super) fn folded<const D: usize>(problem: &Problem<D>, state: &State) -> Opt
     (share > LARGEST_SHARE).then(|| Doubt {
         cause: DoubtCause::Volume { share, limit: LARGEST_SHARE, jacobian, allowed },
         load: state.load,
-        at: found.at.as_slice().to_vec(),
+        at: problem.cut(&found.at),
     })
 }
 
-fn add<const D: usize>(body: &DiscreteBody<D>, number: usize, state: &State, found: &mut Found<D>) {
-    let term = body.body();
-    let material = term.material();
+fn add(body: &dyn BodyView, number: usize, state: &State, found: &mut Found) {
+    let material = body.material();
     let Some(volumetric) = material.volumetric() else { return };
     let memory = material.rest();
-    let Some(pressures) = body.bulk_pressures(number, state) else { return };
+    let Some(pressures) = state.view(number).and_then(|view| body.bulk_pressures(view)) else { return };
     let moduli = material.initial_moduli();
-    let (positions, weights) = (term.table().positions(), term.table().weights());
+    let weights = body.weights();
     for (point, &pressure) in pressures.iter().enumerate() {
-        let f = term.deformation_gradient(point, &state.displacement);
+        let f = body.deformation_gradient(point, &state.displacement);
         let energy = material.energy_from(&f, Past { memory: &memory, elapsed: 0.0 });
         if energy.is_finite() {
             found.distortional += weights[point] * energy;
@@ -78,7 +76,7 @@ fn add<const D: usize>(body: &DiscreteBody<D>, number: usize, state: &State, fou
         }
         if apart > found.worst[0] {
             found.worst = [apart, jacobian, allowed];
-            found.at = positions[point];
+            found.at = body.point(point);
         }
     }
 }

@@ -1,0 +1,382 @@
+//! Problems and their bodies as results see them, whatever their dimension.
+
+use std::ops::Range;
+
+use nalgebra::Matrix3;
+
+use crate::assembly::{Model, Ranks};
+use crate::boundary::Constraints;
+use crate::error::{ApproximationError, Error};
+use crate::geometry::{Point, padded};
+use crate::material::Material;
+use crate::scene::Problem;
+use crate::scene::discretisation::discrete_body::DiscreteBody;
+use crate::scene::discretisation::facet_rule::Facets;
+use crate::shape::{FiniteElements, ShapeFunctions};
+use crate::solve::State;
+use crate::table::Clusters;
+use crate::term::View;
+
+/// For each point of a boundary the particles whose trace functions are nonzero there, with their values.
+pub(crate) type Traces = Vec<Vec<(u32, f64)>>;
+
+/// Points on the surface of a body.
+pub(crate) struct SurfaceRule {
+    pub positions: Vec<Point<3>>,
+    pub normals: Vec<Point<3>>,
+    pub weights: Vec<f64>,
+    /// The particles whose equations over the surface would prescribe each point, where there are trace functions.
+    pub traces: Option<Traces>,
+}
+
+/// What results ask of a body. Places and vectors have three components, of which those beyond its dimension are zero; nodes of functions
+/// are counted within the body.
+pub(crate) trait BodyView: Send + Sync {
+    fn dim(&self) -> usize;
+    fn name(&self) -> &str;
+    fn nodes(&self) -> Range<usize>;
+    fn material(&self) -> &dyn Material;
+    fn is_sheet(&self) -> bool;
+    fn facets(&self) -> Facets;
+
+    /// What the body's table says of its points.
+    fn clusters(&self) -> &Clusters;
+    fn hoops(&self) -> &'static [usize];
+    fn weights(&self) -> &[f64];
+    fn point(&self, point: usize) -> Point<3>;
+    fn seen_by(&self, point: usize) -> &[u32];
+    fn zone_functions(&self, point: usize) -> &[f64];
+    fn at_rest(&self, point: usize) -> Matrix3<f64>;
+    fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64>;
+    /// In a sheet with the thickness that its history leaves.
+    fn deformation_in(&self, point: usize, view: View<'_>) -> Matrix3<f64>;
+    fn nominal_stress(&self, point: usize, f: &Matrix3<f64>, view: View<'_>) -> Matrix3<f64>;
+    fn pressures(&self, view: View<'_>) -> Option<Vec<f64>>;
+    /// Of the part that is proportional to the bulk modulus.
+    fn bulk_pressures(&self, view: View<'_>) -> Option<Vec<f64>>;
+
+    fn particle(&self, particle: usize) -> Point<3>;
+    fn spacings(&self, particle: usize) -> Point<3>;
+    fn holds(&self, at: &Point<3>) -> bool;
+    fn drawn(&self) -> Vec<Vec<usize>>;
+    fn drawn_surface(&self) -> Option<(Vec<Point<3>>, Vec<Vec<usize>>)>;
+    /// Points on the whole surface, so many times as dense along each direction as loads have them.
+    fn surface(&self, density: usize) -> Result<SurfaceRule, Error>;
+
+    /// Values and gradients of its functions at a point.
+    fn functions(&self, at: &Point<3>) -> Result<ShapeFunctions<3>, ApproximationError>;
+    fn values_at(&self, points: &[Point<3>]) -> Result<Vec<ShapeFunctions<3>>, Error>;
+    fn values_on(&self, points: &[Point<3>], weights: &[Vec<(usize, f64)>]) -> Result<Vec<ShapeFunctions<3>>, Error>;
+    fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<3>, ApproximationError>;
+    fn particle_displacements(&self, state: &State) -> Result<Vec<Point<3>>, Error>;
+}
+
+impl<const D: usize> BodyView for DiscreteBody<D> {
+    fn dim(&self) -> usize {
+        D
+    }
+
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn nodes(&self) -> Range<usize> {
+        self.nodes.clone()
+    }
+
+    fn material(&self) -> &dyn Material {
+        &**self.body.material()
+    }
+
+    fn is_sheet(&self) -> bool {
+        self.sheet.is_some()
+    }
+
+    fn facets(&self) -> Facets {
+        self.facets
+    }
+
+    fn clusters(&self) -> &Clusters {
+        self.body.table().clusters()
+    }
+
+    fn hoops(&self) -> &'static [usize] {
+        self.body.table().hoop_components()
+    }
+
+    fn weights(&self) -> &[f64] {
+        self.body.table().weights()
+    }
+
+    fn point(&self, point: usize) -> Point<3> {
+        padded(&self.body.table().positions()[point])
+    }
+
+    fn seen_by(&self, point: usize) -> &[u32] {
+        self.body.table().nodes(point)
+    }
+
+    fn zone_functions(&self, point: usize) -> &[f64] {
+        self.body.zone_functions(point)
+    }
+
+    fn at_rest(&self, point: usize) -> Matrix3<f64> {
+        self.body.table().at_rest(point)
+    }
+
+    fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
+        self.body.deformation_gradient(point, displacement)
+    }
+
+    fn deformation_in(&self, point: usize, view: View<'_>) -> Matrix3<f64> {
+        self.body.deformation_in(point, view)
+    }
+
+    fn nominal_stress(&self, point: usize, f: &Matrix3<f64>, view: View<'_>) -> Matrix3<f64> {
+        self.body.stress(point, f, view)
+    }
+
+    fn pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
+        self.body.pressures(view)
+    }
+
+    fn bulk_pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
+        self.body.bulk_pressures(view)
+    }
+
+    fn particle(&self, particle: usize) -> Point<3> {
+        padded(&self.cells.positions()[particle])
+    }
+
+    fn spacings(&self, particle: usize) -> Point<3> {
+        padded(&self.cells.spacings(particle))
+    }
+
+    fn holds(&self, at: &Point<3>) -> bool {
+        self.cells.contains(&padded(at))
+    }
+
+    fn drawn(&self) -> Vec<Vec<usize>> {
+        self.cells.drawn()
+    }
+
+    fn drawn_surface(&self) -> Option<(Vec<Point<3>>, Vec<Vec<usize>>)> {
+        let (points, facets) = self.cells.drawn_surface()?;
+        Some((all_padded(&points), facets))
+    }
+
+    fn surface(&self, density: usize) -> Result<SurfaceRule, Error> {
+        let whole = &crate::geometry::Part::Whole;
+        let (points, traces) = match self.facets {
+            Facets::OfCells(rule) => {
+                let cells = self.cells.boundary(whole, density * rule.parts, rule.gauss)?;
+                (cells.points, Some(cells.traces))
+            }
+            Facets::OfElements { order, gauss } => match self.cells.lattice() {
+                Some(lattice) => {
+                    (FiniteElements::new(lattice.clone(), order)?.boundary(whole, density * gauss)?.points, None)
+                }
+                None => (crate::quadrature::Points::empty(), None),
+            },
+        };
+        let (positions, normals) = (all_padded(&points.positions), all_padded(&points.normals));
+        Ok(SurfaceRule { positions, normals, weights: points.weights, traces })
+    }
+
+    fn functions(&self, at: &Point<3>) -> Result<ShapeFunctions<3>, ApproximationError> {
+        Ok(lifted(self.approximation.shape_functions(&padded(at))?))
+    }
+
+    fn values_at(&self, points: &[Point<3>]) -> Result<Vec<ShapeFunctions<3>>, Error> {
+        Ok(all_lifted(DiscreteBody::values_at(self, &all_padded(points))?))
+    }
+
+    fn values_on(&self, points: &[Point<3>], weights: &[Vec<(usize, f64)>]) -> Result<Vec<ShapeFunctions<3>>, Error> {
+        Ok(all_lifted(DiscreteBody::values_on(self, &all_padded(points), weights)?))
+    }
+
+    fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<3>, ApproximationError> {
+        Ok(lifted(DiscreteBody::values_at_node(self, node)?))
+    }
+
+    fn particle_displacements(&self, state: &State) -> Result<Vec<Point<3>>, Error> {
+        Ok(all_padded(&DiscreteBody::particle_displacements(self, state)?))
+    }
+}
+
+/// Points of one dimension as those of another.
+pub(super) fn all_padded<const D: usize, const N: usize>(points: &[Point<D>]) -> Vec<Point<N>> {
+    let mut all = Vec::with_capacity(points.len());
+    for point in points {
+        all.push(padded(point));
+    }
+    all
+}
+
+fn lifted<const D: usize>(psi: ShapeFunctions<D>) -> ShapeFunctions<3> {
+    let gradients = all_padded(&psi.gradients);
+    ShapeFunctions { nodes: psi.nodes, values: psi.values, gradients, rcond: psi.rcond }
+}
+
+fn all_lifted<const D: usize>(functions: Vec<ShapeFunctions<D>>) -> Vec<ShapeFunctions<3>> {
+    let mut all = Vec::with_capacity(functions.len());
+    for psi in functions {
+        all.push(lifted(psi));
+    }
+    all
+}
+
+impl dyn BodyView + '_ {
+    /// $\sum_I \Psi_I d_I$.
+    pub(super) fn weighted(&self, psi: &ShapeFunctions<3>, state: &State) -> Point<3> {
+        let (dim, first) = (self.dim(), self.nodes().start);
+        let mut u = Point::zeros();
+        for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
+            for i in 0..dim {
+                u[i] += value * state.displacement[(first + node as usize) * dim + i];
+            }
+        }
+        u
+    }
+
+    /// The largest coordinate of its particles.
+    pub(super) fn size(&self) -> f64 {
+        (0..self.nodes().len()).fold(0.0, |largest: f64, particle| largest.max(self.particle(particle).amax()))
+    }
+
+    /// The smallest distance from a particle to its neighbours along an axis \[length\].
+    pub(super) fn spacing(&self, particle: usize) -> f64 {
+        self.spacings(particle).as_slice()[..self.dim()].iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Deformation gradients at the points of the body's table, in a sheet with the thickness that its history leaves.
+    pub(super) fn settled_gradients(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
+        let Some(view) = state.view(number) else { return Vec::new() };
+        (0..self.weights().len()).map(|point| self.deformation_in(point, view)).collect()
+    }
+
+    /// Cauchy stresses at the points of the body's table; `number` is that of its term.
+    pub(super) fn stresses(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
+        let Some(view) = state.view(number) else { return Vec::new() };
+        let pressures = self.pressures(view);
+        let mut stresses = self.settled_gradients(number, state);
+        for (point, f) in stresses.iter_mut().enumerate() {
+            let stress = self.nominal_stress(point, f, view) * f.transpose() / f.determinant();
+            *f = match &pressures {
+                Some(p) => stress + Matrix3::identity() * (p[point] - stress.trace() / 3.0),
+                None => stress,
+            };
+        }
+        stresses
+    }
+
+    /// Values at the points of the body's table averaged at its particles; see
+    /// [`Problem::at_particles`](crate::scene::Problem::at_particles).
+    pub(super) fn at_particles(&self, values: &[Matrix3<f64>], ranks: Option<&dyn Ranks>) -> Vec<Matrix3<f64>> {
+        let (nodes, dim) = (self.nodes(), self.dim());
+        let spacings: Vec<Point<3>> = (0..nodes.len()).map(|particle| self.spacings(particle)).collect();
+        let mut sums = vec![(0.0, Matrix3::zeros()); nodes.len()];
+        for (point, value) in values.iter().enumerate() {
+            let (x, weight) = (self.point(point), self.weights()[point]);
+            for &node in self.seen_by(point) {
+                let particle = node as usize - nodes.start;
+                let offset = self.particle(particle) - x;
+                let mut near = 1.0;
+                for i in 0..dim {
+                    near *= (1.0 - offset[i].abs() / spacings[particle][i]).max(0.0);
+                }
+                if near > 0.0 {
+                    let weight = near * weight;
+                    let (total, sum) = &mut sums[particle];
+                    *total += weight;
+                    *sum += value * weight;
+                }
+            }
+        }
+        if let Some(ranks) = ranks {
+            let mut all: Vec<f64> = Vec::with_capacity(10 * sums.len());
+            for (total, sum) in &sums {
+                all.push(*total);
+                all.extend_from_slice(sum.as_slice());
+            }
+            ranks.sum(&mut all);
+            for ((total, sum), all) in sums.iter_mut().zip(all.chunks_exact(10)) {
+                (*total, *sum) = (all[0], Matrix3::from_column_slice(&all[1..]));
+            }
+        }
+        sums.into_iter().map(|(total, sum)| if total > 0.0 { sum / total } else { sum }).collect()
+    }
+}
+
+/// A problem as results see it.
+#[derive(Clone)]
+pub(crate) struct ProblemView<'a> {
+    pub dim: usize,
+    pub model: &'a Model,
+    pub equations: &'a Constraints,
+    pub bodies: Vec<&'a dyn BodyView>,
+}
+
+impl<const D: usize> Problem<D> {
+    /// The problem as results see it.
+    pub(crate) fn view(&self) -> ProblemView<'_> {
+        let mut bodies: Vec<&dyn BodyView> = Vec::with_capacity(self.discrete_bodies.len());
+        for body in &self.discrete_bodies {
+            bodies.push(body);
+        }
+        ProblemView { dim: D, model: &self.model, equations: &self.equations, bodies }
+    }
+}
+
+impl ProblemView<'_> {
+    /// Positions of all nodes.
+    pub(super) fn positions(&self) -> Vec<Point<3>> {
+        (0..self.model.node_count()).map(|node| self.position(node)).collect()
+    }
+
+    pub(super) fn position(&self, node: usize) -> Point<3> {
+        let mut x = [0.0; 3];
+        x[..self.dim].copy_from_slice(self.model.coordinates(node));
+        x.into()
+    }
+
+    /// Displacements at all particles.
+    pub(super) fn particle_displacements(&self, state: &State) -> Result<Vec<Point<3>>, Error> {
+        let mut all = Vec::with_capacity(self.model.node_count());
+        for body in &self.bodies {
+            all.append(&mut body.particle_displacements(state)?);
+        }
+        Ok(all)
+    }
+
+    /// Cauchy stresses at the points of the bodies' tables.
+    pub(super) fn stresses(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
+        self.model.at(state)?;
+        let mut stresses = Vec::new();
+        for (number, body) in self.bodies.iter().enumerate() {
+            stresses.append(&mut body.stresses(number, state));
+        }
+        Ok(stresses)
+    }
+
+    /// See [`Problem::at_particles`](crate::scene::Problem::at_particles).
+    pub(super) fn at_particles(&self, values: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
+        let mut means = Vec::with_capacity(self.model.node_count());
+        let count: usize = self.bodies.iter().map(|body| body.weights().len()).sum();
+        let mut first = 0;
+        for body in &self.bodies {
+            let end = first + body.weights().len();
+            match values.get(first..end) {
+                Some(own) if values.len() == count => means.append(&mut body.at_particles(own, self.model.ranks())),
+                _ => means.resize(means.len() + body.nodes().len(), Matrix3::zeros()),
+            }
+            first = end;
+        }
+        means
+    }
+
+    /// A place as long as the problem has dimensions.
+    pub(super) fn cut(&self, at: &Point<3>) -> Vec<f64> {
+        at.as_slice()[..self.dim].to_vec()
+    }
+}
