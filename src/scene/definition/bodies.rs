@@ -8,7 +8,7 @@ use crate::geometry::Part;
 use crate::kinematics::Kinematics;
 use crate::material::Material;
 
-use super::place::Spot;
+use super::place::Described;
 use super::source::{BodyOf, Source};
 use crate::scene::{Geometry, Place, Scene, Scheme};
 
@@ -90,35 +90,46 @@ impl<const D: usize> Scene<D> {
                 GeometryError::Count { what: "bodies of a scene", count: 0, needed: "add one by Scene::body" }.into()
             );
         }
-        for (number, body) in self.bodies.iter().enumerate() {
-            if self.bodies[..number].iter().any(|other| other.name == body.name) {
+        let mut own: Vec<&str> = Vec::with_capacity(self.bodies.len());
+        for body in &self.bodies {
+            if own.contains(&body.name.as_str()) {
                 return Err(BoundaryError::NamedTwice { name: body.name.clone() }.into());
             }
+            own.push(&body.name);
             if let Source::Domain(domain) = &body.source {
                 domain.validate()?;
             }
         }
-        let places = self.conditions.iter().map(|c| &c.place).chain(self.loads.iter().map(|l| &l.place));
-        if let Some(name) =
-            self.rigid_names().into_iter().find(|name| self.bodies.iter().any(|body| body.name == **name))
-        {
-            return Err(BoundaryError::NamedTwice { name: name.to_string() }.into());
+        let mut places: Vec<&Place<D>> = Vec::new();
+        for condition in &self.conditions {
+            places.push(&condition.place);
         }
-        let ties = self.rigids.iter().map(|(_, place)| place);
-        let of = places
-            .chain(ties)
-            .filter(|place| self.rigid_at(place).is_none())
-            .chain(self.names.iter().map(|(_, place)| place))
-            .filter_map(|place| place.of.as_ref());
-        match of.chain(self.unbonded.iter().flatten()).find(|name| self.bodies.iter().all(|body| body.name != **name)) {
-            Some(name) => Err(self.unknown_body(name).into()),
-            None => Ok(()),
+        for load in &self.loads {
+            places.push(&load.place);
         }
+        for (_, place) in &self.rigids {
+            places.push(place);
+        }
+        let mut asked: Vec<&str> = Vec::new();
+        for place in places {
+            if self.rigid_at(place).is_none() {
+                asked.extend(place.of.as_deref());
+            }
+        }
+        for (_, place) in &self.names {
+            asked.extend(place.of.as_deref());
+        }
+        asked.extend(self.unbonded.iter().flatten().map(String::as_str));
+        Ok(names(&own, &self.rigid_names(), &asked)?)
     }
 
-    fn unknown_body(&self, name: &str) -> BoundaryError {
-        let known = self.bodies.iter().map(|body| body.name.as_str()).collect::<Vec<_>>().join("; ");
-        BoundaryError::UnknownBody { requested: name.to_string(), known }
+    /// The names of the bodies.
+    fn body_names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::with_capacity(self.bodies.len());
+        for body in &self.bodies {
+            names.push(&body.name);
+        }
+        names
     }
 
     /// Which bodies a place lies on, by their numbers; at least one. At a point it is the first that `reaches` it.
@@ -129,30 +140,54 @@ impl<const D: usize> Scene<D> {
         cells: &[(Scheme, Arc<dyn Cells<D>>)],
         reaches: &dyn Fn(usize) -> bool,
     ) -> Result<Vec<usize>, Error> {
-        let all = 0..self.bodies.len();
-        if let Some(name) = &place.of {
-            let found = all.clone().find(|&number| self.bodies[number].name == *name);
-            return Ok(vec![found.ok_or_else(|| self.unknown_body(name))?]);
-        }
-        if self.bodies.len() == 1 {
-            return Ok(vec![0]);
-        }
-        match &place.spot {
-            Spot::Body => Ok(all.collect()),
-            Spot::Point(_) => Ok(vec![all.clone().find(|&number| reaches(number)).unwrap_or(0)]),
-            Spot::Part(part @ Part::Named(_)) => {
-                let known = |number: &usize| cells[*number].1.boundary_nodes(part).is_ok();
-                let found: Vec<usize> = all.clone().filter(known).collect();
-                if found.is_empty() {
-                    // The first body's own refusal lists the parts that it knows.
-                    cells[0].1.boundary_nodes(part)?;
-                }
-                Ok(found)
-            }
-            Spot::Part(_) => {
-                let known = self.bodies.iter().map(|body| body.name.as_str()).collect::<Vec<_>>().join("; ");
-                Err(BoundaryError::Ambiguous { what: what(), known }.into())
-            }
-        }
+        let knows = |body: usize, part: &Part| Ok(cells[body].1.boundary_nodes(part).map(|_| ())?);
+        bodies_at(&self.body_names(), place.of.as_deref(), &place.spot.described(), what, &knows, reaches)
     }
+}
+
+/// The bodies of these names that a place lies on; each of them `knows` a part or refuses it.
+fn bodies_at(
+    names: &[&str],
+    of: Option<&str>,
+    spot: &Described<'_>,
+    what: &dyn Fn() -> String,
+    knows: &dyn Fn(usize, &Part) -> Result<(), Error>,
+    reaches: &dyn Fn(usize) -> bool,
+) -> Result<Vec<usize>, Error> {
+    let all = 0..names.len();
+    if let Some(name) = of {
+        let found = names.iter().position(|own| *own == name);
+        return Ok(vec![found.ok_or_else(|| unknown_body(names, name))?]);
+    }
+    if names.len() == 1 {
+        return Ok(vec![0]);
+    }
+    match spot {
+        Described::Body => Ok(all.collect()),
+        Described::Point(_) => Ok(vec![all.into_iter().find(|&number| reaches(number)).unwrap_or(0)]),
+        Described::Part(part @ Part::Named(_)) => {
+            let found: Vec<usize> = all.filter(|&number| knows(number, part).is_ok()).collect();
+            if found.is_empty() {
+                // The first body's own refusal lists the parts that it knows.
+                knows(0, part)?;
+            }
+            Ok(found)
+        }
+        Described::Part(_) => Err(BoundaryError::Ambiguous { what: what(), known: names.join("; ") }.into()),
+    }
+}
+
+/// Refuses a rigid body with the name of a body, and a body that is asked for and that there is not.
+fn names(own: &[&str], rigid: &[&str], asked: &[&str]) -> Result<(), BoundaryError> {
+    if let Some(name) = rigid.iter().find(|name| own.contains(name)) {
+        return Err(BoundaryError::NamedTwice { name: name.to_string() });
+    }
+    match asked.iter().find(|name| !own.contains(name)) {
+        Some(name) => Err(unknown_body(own, name)),
+        None => Ok(()),
+    }
+}
+
+fn unknown_body(known: &[&str], name: &str) -> BoundaryError {
+    BoundaryError::UnknownBody { requested: name.to_string(), known: known.join("; ") }
 }

@@ -78,12 +78,13 @@ fn across<const D: usize>(x: &Point<D>, centre: &[f64; D], axis: &[f64; 3]) -> [
 
 impl<const D: usize> fmt::Display for Direction<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Direction::Component(component) => write!(f, "u_{component}"),
-            Direction::Along(vector) => write!(f, "u along {vector:?}"),
-            Direction::Normal => write!(f, "u along the normal"),
-            Direction::Field(_) => write!(f, "u along a field of directions"),
-        }
+        let of: &dyn fmt::Debug = match self {
+            Direction::Component(component) => return write!(f, "u_{component}"),
+            Direction::Along(vector) => vector,
+            Direction::Normal => return f.write_str("u along the normal"),
+            Direction::Field(_) => return f.write_str("u along a field of directions"),
+        };
+        write!(f, "u along {of:?}")
     }
 }
 
@@ -157,11 +158,16 @@ impl<const D: usize> Condition<D> {
 
     /// What messages call one of its directions.
     pub(crate) fn label(&self, direction: &Direction<D>) -> String {
-        let at = if matches!(self.place.spot, super::place::Spot::Point(_)) { "at" } else { "on" };
-        match &self.name {
-            Some(name) => format!("{name} ({direction} {at} {})", self.place),
-            None => format!("{direction} {at} {}", self.place),
-        }
+        label(self.name.as_deref(), direction, matches!(self.place.spot, super::place::Spot::Point(_)), &self.place)
+    }
+}
+
+/// What messages call a direction of a condition of a name at a place.
+fn label(name: Option<&str>, direction: &dyn fmt::Display, at_point: bool, place: &dyn fmt::Display) -> String {
+    let at = if at_point { "at" } else { "on" };
+    match name {
+        Some(name) => format!("{name} ({direction} {at} {place})"),
+        None => format!("{direction} {at} {place}"),
     }
 }
 

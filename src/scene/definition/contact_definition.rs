@@ -67,13 +67,22 @@ impl<const D: usize> ContactPair<D> {
 
     /// Refuses coefficients and stages that are none.
     pub(super) fn validate(&self) -> Result<(), Error> {
-        validate(self.friction, self.interference.as_ref(), &format!("contact {}", self.name))?;
-        if self.interference.is_some() && self.second.is_none() {
-            let needed = "two parts of the boundary";
-            return Err(GeometryError::Unsuited { what: "interference of a part with itself", needed }.into());
-        }
-        Ok(())
+        validate_pair(self.friction, self.interference.as_ref(), self.second.is_none(), &self.name)
     }
+}
+
+fn validate_pair(
+    friction: f64,
+    interference: Option<&Interference>,
+    with_itself: bool,
+    name: &str,
+) -> Result<(), Error> {
+    validate(friction, interference, &format!("contact {name}"))?;
+    if interference.is_some() && with_itself {
+        let needed = "two parts of the boundary";
+        return Err(GeometryError::Unsuited { what: "interference of a part with itself", needed }.into());
+    }
+    Ok(())
 }
 
 /// A contact in a problem.

@@ -150,10 +150,14 @@ impl<const D: usize> Load<D> {
             (LoadKind::Moment(_), _) => "moment",
             (LoadKind::Integrand(_), _) => "integrand",
         };
-        match &self.name {
-            Some(name) => format!("{name} ({kind} on {})", self.place),
-            None => format!("{kind} on {}", self.place),
-        }
+        label(self.name.as_deref(), kind, &self.place)
+    }
+}
+
+fn label(name: Option<&str>, kind: &str, place: &dyn fmt::Display) -> String {
+    match name {
+        Some(name) => format!("{name} ({kind} on {place})"),
+        None => format!("{kind} on {place}"),
     }
 }
 
@@ -172,37 +176,51 @@ pub(crate) struct Varying<V> {
     pub amplitude: Amplitude,
 }
 
-/// The value and its slope over the load factor.
-fn with_slope<const D: usize, T: Copy + 'static>(
-    value: &Value<D, T>,
-    amplitude: &Amplitude,
-    at: &PointState,
-    number: impl Fn(&T) -> Vector3<f64>,
-) -> [Vector3<f64>; 2] {
-    let x: Point<D> = padded(&at.position);
-    let (factor, slope) = amplitude.evaluate(at.load);
-    if let Value::Motion(motion) = value {
-        let [low, high] = [-DIFFERENCE, DIFFERENCE].map(|step| number(&motion(&x, factor + step)));
-        return [number(&motion(&x, factor)), (high - low) * (slope / (2.0 * DIFFERENCE))];
-    }
-    let value = number(&value.at(&x, factor));
-    [value * factor, value * slope]
+/// A value by the amplitude as a vector, and whether it moves: values that do not are to be multiplied by the amplitude.
+struct ByAmplitude<'a> {
+    moves: bool,
+    at: &'a dyn Fn(f64) -> Vector3<f64>,
 }
 
-/// The amplitudes that a value follows at a point: its own, or the components of one that moves.
-fn followed<const D: usize, T: Copy + 'static>(
-    value: &Value<D, T>,
+impl ByAmplitude<'_> {
+    /// The value and its slope over the load factor.
+    fn with_slope(&self, amplitude: &Amplitude, load: f64) -> [Vector3<f64>; 2] {
+        let (factor, slope) = amplitude.evaluate(load);
+        let value = (self.at)(factor);
+        if self.moves {
+            let [low, high] = [(self.at)(factor - DIFFERENCE), (self.at)(factor + DIFFERENCE)];
+            return [value, (high - low) * (slope / (2.0 * DIFFERENCE))];
+        }
+        [value * factor, value * slope]
+    }
+}
+
+/// The amplitudes of the components of a vector that moves.
+fn components(
+    dim: usize,
+    vector: Arc<dyn Fn(f64) -> Vector3<f64> + Send + Sync>,
     amplitude: &Amplitude,
-    at: &Vector3<f64>,
-    vector: impl Fn(&T) -> Vector3<f64> + Copy + Send + Sync + 'static,
 ) -> Vec<Amplitude> {
-    let Value::Motion(motion) = value else { return vec![amplitude.clone()] };
-    let x: Point<D> = padded(at);
     let component = |i: usize| {
-        let (motion, amplitude) = (motion.clone(), amplitude.clone());
-        Amplitude::Function(Arc::new(move |load| vector(&motion(&x, amplitude.value(load)))[i]))
+        let (vector, amplitude) = (vector.clone(), amplitude.clone());
+        Amplitude::Function(Arc::new(move |load| vector(amplitude.value(load))[i]))
     };
-    (0..D).map(component).collect()
+    (0..dim).map(component).collect()
+}
+
+impl<const D: usize, T: Copy + 'static> Varying<Value<D, T>> {
+    fn with_slope(&self, at: &PointState, vector: fn(&T) -> Vector3<f64>) -> [Vector3<f64>; 2] {
+        let x: Point<D> = padded(&at.position);
+        let moves = matches!(self.value, Value::Motion(_));
+        ByAmplitude { moves, at: &|factor| vector(&self.value.at(&x, factor)) }.with_slope(&self.amplitude, at.load)
+    }
+
+    /// The amplitudes that the value follows at a point: its own, or the components of one that moves.
+    fn followed(&self, at: &Vector3<f64>, vector: fn(&T) -> Vector3<f64>) -> Vec<Amplitude> {
+        let Value::Motion(motion) = &self.value else { return vec![self.amplitude.clone()] };
+        let (x, motion): (Point<D>, _) = (padded(at), motion.clone());
+        components(D, Arc::new(move |factor| vector(&motion(&x, factor))), &self.amplitude)
+    }
 }
 
 impl<const D: usize> Integrand for Varying<Value<D, [f64; D]>> {
@@ -211,7 +229,7 @@ impl<const D: usize> Integrand for Varying<Value<D, [f64; D]>> {
     }
 
     fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
-        let [force, slope] = with_slope(&self.value, &self.amplitude, at, pad);
+        let [force, slope] = self.with_slope(at, pad);
         (flux.force, flux.force_by_load) = (-force, -slope);
     }
 
@@ -220,7 +238,7 @@ impl<const D: usize> Integrand for Varying<Value<D, [f64; D]>> {
     }
 
     fn amplitudes(&self, at: &Vector3<f64>) -> Vec<Amplitude> {
-        followed(&self.value, &self.amplitude, at, pad)
+        self.followed(at, pad)
     }
 }
 
@@ -230,13 +248,8 @@ impl<const D: usize> Integrand for Varying<Value<D>> {
     }
 
     fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
-        let [pressure, slope] =
-            with_slope(&self.value, &self.amplitude, at, |&p| Vector3::new(p, 0.0, 0.0)).map(|v| v[0]);
-        let follower = |pressure| FollowerPressure { pressure, amplitude: Amplitude::Constant };
-        follower(slope).evaluate(at, flux);
-        let by_load = flux.force;
-        follower(pressure).evaluate(at, flux);
-        flux.force_by_load = by_load;
+        let [pressure, slope] = self.with_slope(at, first);
+        follow(pressure[0], slope[0], at, flux);
     }
 
     fn is_symmetric(&self) -> bool {
@@ -248,12 +261,26 @@ impl<const D: usize> Integrand for Varying<Value<D>> {
     }
 
     fn amplitudes(&self, at: &Vector3<f64>) -> Vec<Amplitude> {
-        followed(&self.value, &self.amplitude, at, |&p| Vector3::new(p, 0.0, 0.0))
+        self.followed(at, first)
     }
 
     fn needs_normals(&self) -> bool {
         true
     }
+}
+
+/// A number as the first component of a vector.
+fn first(value: &f64) -> Vector3<f64> {
+    Vector3::new(*value, 0.0, 0.0)
+}
+
+/// Derivatives of a pressure with a slope over the load factor.
+fn follow(pressure: f64, slope: f64, at: &PointState, flux: &mut PointDerivatives) {
+    let follower = |pressure| FollowerPressure { pressure, amplitude: Amplitude::Constant };
+    follower(slope).evaluate(at, flux);
+    let by_load = flux.force;
+    follower(pressure).evaluate(at, flux);
+    flux.force_by_load = by_load;
 }
 
 /// Springs along the normal.
@@ -338,24 +365,8 @@ impl<I: Integrand, const D: usize> Integrand for OnSheet<I, D> {
     }
 
     fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
-        const ACROSS: usize = 8;
         let x: Point<D> = padded(&at.position);
-        let thick = |f: &Matrix3<f64>| self.sheet.thickness(f, &x);
-        let mut settled = at.deformation;
-        settled[(2, 2)] = thick(&at.deformation);
-        self.load.evaluate(&PointState { deformation: settled, ..*at }, flux);
-        let across = flux.force_by_gradient.column(ACROSS).into_owned();
-        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-            let [low, high] = [-DIFFERENCE, DIFFERENCE].map(|step| {
-                let mut f = at.deformation;
-                f[(i, j)] += step;
-                thick(&f)
-            });
-            let slope = across * ((high - low) / (2.0 * DIFFERENCE));
-            let mut column = flux.force_by_gradient.column_mut(3 * i + j);
-            column += slope;
-        }
-        flux.force_by_gradient.column_mut(ACROSS).fill(0.0);
+        on_sheet(&self.load, &|f| self.sheet.thickness(f, &x), at, flux);
     }
 
     fn is_symmetric(&self) -> bool {
@@ -377,6 +388,26 @@ impl<I: Integrand, const D: usize> Integrand for OnSheet<I, D> {
     fn validate(&self) -> Result<(), SolveError> {
         self.load.validate()
     }
+}
+
+/// Derivatives of a load on an edge whose stretch across follows from the deformation in the plane.
+fn on_sheet(load: &dyn Integrand, thick: &dyn Fn(&Matrix3<f64>) -> f64, at: &PointState, flux: &mut PointDerivatives) {
+    const ACROSS: usize = 8;
+    let mut settled = at.deformation;
+    settled[(2, 2)] = thick(&at.deformation);
+    load.evaluate(&PointState { deformation: settled, ..*at }, flux);
+    let across = flux.force_by_gradient.column(ACROSS).into_owned();
+    for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        let [low, high] = [-DIFFERENCE, DIFFERENCE].map(|step| {
+            let mut f = at.deformation;
+            f[(i, j)] += step;
+            thick(&f)
+        });
+        let slope = across * ((high - low) / (2.0 * DIFFERENCE));
+        let mut column = flux.force_by_gradient.column_mut(3 * i + j);
+        column += slope;
+    }
+    flux.force_by_gradient.column_mut(ACROSS).fill(0.0);
 }
 
 /// A dead load that is the same everywhere.

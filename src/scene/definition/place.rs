@@ -90,15 +90,38 @@ impl<const D: usize> Place<D> {
 
 impl<const D: usize> fmt::Display for Place<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.within.is_some() {
+        self.spot.described().write(f, self.within.is_some(), self.of.as_deref())
+    }
+}
+
+/// A spot with a point of any dimension.
+pub(super) enum Described<'a> {
+    Part(&'a Part),
+    Point(&'a [f64]),
+    Body,
+}
+
+impl<const D: usize> Spot<D> {
+    pub(super) fn described(&self) -> Described<'_> {
+        match self {
+            Spot::Part(part) => Described::Part(part),
+            Spot::Point(at) => Described::Point(at.as_slice()),
+            Spot::Body => Described::Body,
+        }
+    }
+}
+
+impl Described<'_> {
+    fn write(&self, f: &mut fmt::Formatter<'_>, some: bool, of: Option<&str>) -> fmt::Result {
+        if some {
             write!(f, "some of ")?;
         }
-        match &self.spot {
-            Spot::Part(part) => write!(f, "{part}")?,
-            Spot::Point(at) => write!(f, "{:?}", at.as_slice())?,
-            Spot::Body => write!(f, "the body")?,
+        match self {
+            Described::Part(part) => write!(f, "{part}")?,
+            Described::Point(at) => write!(f, "{at:?}")?,
+            Described::Body => write!(f, "the body")?,
         }
-        match &self.of {
+        match of {
             Some(body) => write!(f, " of {body}"),
             None => Ok(()),
         }

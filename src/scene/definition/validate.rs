@@ -8,79 +8,133 @@ use crate::term::Amplitude;
 
 use super::condition::Direction;
 use super::load::{Load, LoadKind};
-use super::place::Spot;
+use super::place::{Place, Spot};
 use super::scene::Scene;
 use super::value::Value;
+
+/// What is checked of a condition.
+struct ConditionData<'a> {
+    what: String,
+    amplitude: &'a Amplitude,
+    /// Label, component and constant value of each direction.
+    prescribed: Vec<(String, Option<usize>, Option<f64>)>,
+}
+
+/// What is checked of a load.
+struct LoadData<'a> {
+    label: String,
+    amplitude: &'a Amplitude,
+    kind: Kind,
+    on_part: bool,
+    /// Its components, where it is the same everywhere.
+    constant: Vec<f64>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    /// Per area or volume.
+    Dead,
+    Total,
+    Moment,
+    Pressure,
+    Integrand,
+}
 
 impl<const D: usize> Scene<D> {
     /// Refuses conditions and loads that no scheme could serve.
     pub(crate) fn validate(&self) -> Result<(), Error> {
-        names(self)?;
+        names(&all_names(self))?;
         self.validate_bodies()?;
         if let Some(name) = self.absent.first() {
             return Err(BoundaryError::UnknownCondition { requested: name.clone(), known: known(self) }.into());
         }
+        let mut data = Vec::with_capacity(self.conditions.len());
         for condition in &self.conditions {
             let what = condition.name.clone().unwrap_or_else(|| condition.place.to_string());
-            condition.amplitude.validate(|| format!("condition on {what}"))?;
-            is_finite(&condition.amplitude, || format!("condition on {what}"))?;
-            if condition.prescribed.is_empty() {
-                return Err(BoundaryError::Incomplete { what: format!("condition on {what}") }.into());
-            }
+            let mut prescribed = Vec::with_capacity(condition.prescribed.len());
             for (direction, value) in &condition.prescribed {
-                let what = condition.label(direction);
-                if let Direction::Component(component) = *direction
-                    && component >= D
-                {
-                    return Err(BoundaryError::Component { what, component, dimension: D }.into());
-                }
-                if let Value::Constant(value) = *value
-                    && !value.is_finite()
-                {
-                    return Err(BoundaryError::Value { what, value, load: 1.0 }.into());
-                }
+                let component = if let Direction::Component(component) = *direction { Some(component) } else { None };
+                let constant = if let Value::Constant(value) = *value { Some(value) } else { None };
+                prescribed.push((condition.label(direction), component, constant));
             }
+            data.push(ConditionData { what, amplitude: &condition.amplitude, prescribed });
         }
-        for load in &self.loads {
-            load.amplitude.validate(|| load.label())?;
-            followed(load)?;
-            if let (LoadKind::Pressure(_), Spot::Body | Spot::Point(_)) = (&load.kind, &load.place.spot) {
-                let needed = "a part of the boundary, whose normal it has: put it there";
-                return Err(
-                    GeometryError::Unsuited { what: "a pressure on a point or on the whole body", needed }.into()
-                );
-            }
-            is_finite(&load.amplitude, || load.label())?;
-            let value = match &load.kind {
-                LoadKind::Dead(Value::Constant(force)) | LoadKind::Total(force) => {
-                    force.iter().copied().find(|v| !v.is_finite())
-                }
-                LoadKind::Moment(moment) => moment.iter().copied().find(|v| !v.is_finite()),
-                LoadKind::Pressure(Value::Constant(pressure)) => Some(*pressure).filter(|p| !p.is_finite()),
-                _ => None,
-            };
-            if let Some(value) = value {
-                return Err(BoundaryError::Value { what: load.label(), value, load: 1.0 }.into());
-            }
-        }
+        conditions(D, &data)?;
+        let data: Vec<LoadData<'_>> = self.loads.iter().map(load_data).collect();
+        loads(D, &data)?;
         parts_of_rigid_bodies(self)?;
-        sizes(self)?;
+        let mut materials: Vec<(&str, &dyn Material)> = Vec::with_capacity(self.bodies.len());
+        for body in &self.bodies {
+            materials.push((&body.name, &*body.material));
+        }
+        sizes(&materials, &data)?;
         contacts(self)?;
         crate::kinematics::hoop_components(&*self.kinematics)?;
         Ok(())
     }
 }
 
-/// Refuses what a load of this kind would leave out: an amplitude of springs, a moment out of the plane.
-fn followed<const D: usize>(load: &Load<D>) -> Result<(), Incompatible> {
-    match load.kind {
-        LoadKind::Integrand(_) if load.amplitude != Amplitude::Ramp => {
-            let remedy = "springs act in full from the start and an integrand sees the load factor itself: leave Load::amplitude out";
-            Err(Incompatible::new("an amplitude", format!("the {}", load.label()), remedy))
+fn load_data<const D: usize>(load: &Load<D>) -> LoadData<'_> {
+    let (kind, constant) = match &load.kind {
+        LoadKind::Dead(Value::Constant(force)) => (Kind::Dead, force.to_vec()),
+        LoadKind::Dead(_) => (Kind::Dead, Vec::new()),
+        LoadKind::Total(force) => (Kind::Total, force.to_vec()),
+        LoadKind::Moment(moment) => (Kind::Moment, moment.to_vec()),
+        LoadKind::Pressure(Value::Constant(pressure)) => (Kind::Pressure, vec![*pressure]),
+        LoadKind::Pressure(_) => (Kind::Pressure, Vec::new()),
+        LoadKind::Integrand(_) => (Kind::Integrand, Vec::new()),
+    };
+    let on_part = matches!(load.place.spot, Spot::Part(_));
+    LoadData { label: load.label(), amplitude: &load.amplitude, kind, on_part, constant }
+}
+
+fn conditions(dim: usize, conditions: &[ConditionData<'_>]) -> Result<(), Error> {
+    for ConditionData { what, amplitude, prescribed } in conditions {
+        let what = format!("condition on {what}");
+        amplitude.validate(|| what.clone())?;
+        is_finite(amplitude, &what)?;
+        if prescribed.is_empty() {
+            return Err(BoundaryError::Incomplete { what }.into());
         }
-        LoadKind::Moment([x, y, _]) if D < 3 && [x, y] != [0.0; 2] => {
+        for (what, component, constant) in prescribed {
+            let what = what.clone();
+            if let Some(component) = component.filter(|&component| component >= dim) {
+                return Err(BoundaryError::Component { what, component, dimension: dim }.into());
+            }
+            if let Some(value) = constant.filter(|value| !value.is_finite()) {
+                return Err(BoundaryError::Value { what, value, load: 1.0 }.into());
+            }
+        }
+    }
+    Ok(())
+}
+
+fn loads(dim: usize, loads: &[LoadData<'_>]) -> Result<(), Error> {
+    for load in loads {
+        load.amplitude.validate(|| load.label.clone())?;
+        followed(dim, load)?;
+        if load.kind == Kind::Pressure && !load.on_part {
+            let needed = "a part of the boundary, whose normal it has: put it there";
+            return Err(GeometryError::Unsuited { what: "a pressure on a point or on the whole body", needed }.into());
+        }
+        is_finite(load.amplitude, &load.label)?;
+        if let Some(&value) = load.constant.iter().find(|value| !value.is_finite()) {
+            return Err(BoundaryError::Value { what: load.label.clone(), value, load: 1.0 }.into());
+        }
+    }
+    Ok(())
+}
+
+/// Refuses what a load of this kind would leave out: an amplitude of springs, a moment out of the plane.
+fn followed(dim: usize, load: &LoadData<'_>) -> Result<(), Incompatible> {
+    match (load.kind, &load.constant[..]) {
+        (Kind::Integrand, _) if *load.amplitude != Amplitude::Ramp => {
+            let remedy = "springs act in full from the start and an integrand sees the load factor itself: leave Load::amplitude out";
+            Err(Incompatible::new("an amplitude", format!("the {}", load.label), remedy))
+        }
+        (Kind::Moment, &[x, y, _]) if dim < 3 && [x, y] != [0.0; 2] => {
             let remedy = "in the plane only the third component acts: give [0.0, 0.0, moment]";
-            Err(Incompatible::new(format!("the {} with components {x} and {y}", load.label()), "a planar body", remedy))
+            Err(Incompatible::new(format!("the {} with components {x} and {y}", load.label), "a planar body", remedy))
         }
         _ => Ok(()),
     }
@@ -88,32 +142,78 @@ fn followed<const D: usize>(load: &Load<D>) -> Result<(), Incompatible> {
 
 /// The names of conditions, loads and contacts.
 fn known<const D: usize>(scene: &Scene<D>) -> String {
-    let conditions = scene.conditions.iter().filter_map(|condition| condition.name.clone());
-    let loads = scene.loads.iter().filter_map(|load| load.name.clone());
-    let contacts = scene.contacts.iter().map(|contact| contact.surface.name.clone());
-    let all = conditions.chain(loads).chain(contacts).chain(scene.contact_pairs.iter().map(|pair| pair.name.clone()));
-    all.collect::<Vec<_>>().join("; ")
+    let mut all: Vec<&str> = Vec::new();
+    for condition in &scene.conditions {
+        all.extend(condition.name.as_deref());
+    }
+    for load in &scene.loads {
+        all.extend(load.name.as_deref());
+    }
+    all.append(&mut contact_names(scene));
+    all.join("; ")
+}
+
+/// The names of contacts, of rigid surfaces first.
+fn contact_names<const D: usize>(scene: &Scene<D>) -> Vec<&str> {
+    let mut all: Vec<&str> = Vec::with_capacity(scene.contacts.len() + scene.contact_pairs.len());
+    for contact in &scene.contacts {
+        all.push(&contact.surface.name);
+    }
+    for pair in &scene.contact_pairs {
+        all.push(&pair.name);
+    }
+    all
+}
+
+/// What has each name that a scene gives, then the named parts that it asks for.
+fn all_names<const D: usize>(scene: &Scene<D>) -> Vec<(&'static str, &str)> {
+    let mut all: Vec<(&'static str, &str)> = Vec::new();
+    let mut parts: Vec<(&'static str, &str)> = Vec::new();
+    for body in &scene.bodies {
+        all.push(("a body", &body.name));
+    }
+    for condition in &scene.conditions {
+        all.extend(condition.name.as_deref().map(|name| ("a condition", name)));
+        ask(&mut parts, &condition.place);
+    }
+    for load in &scene.loads {
+        all.extend(load.name.as_deref().map(|name| ("a load", name)));
+        ask(&mut parts, &load.place);
+    }
+    for contact in &scene.contacts {
+        all.push(("a rigid surface", &contact.surface.name));
+        ask(&mut parts, &contact.place);
+    }
+    for pair in &scene.contact_pairs {
+        all.push(("a contact", &pair.name));
+        ask(&mut parts, &pair.first);
+        if let Some(second) = &pair.second {
+            ask(&mut parts, second);
+        }
+    }
+    for (name, place) in &scene.names {
+        all.push(("a place", name));
+        ask(&mut parts, place);
+    }
+    for (name, place) in &scene.rigids {
+        all.push(("a rigid body", name));
+        ask(&mut parts, place);
+    }
+    all.append(&mut parts);
+    all
+}
+
+/// Notes the named part that a place lies on.
+fn ask<'a, const D: usize>(parts: &mut Vec<(&'static str, &'a str)>, place: &'a Place<D>) {
+    if let Spot::Part(Part::Named(name)) = &place.spot {
+        parts.push(("the place of a condition, a load or a contact", name));
+    }
 }
 
 /// Refuses empty names.
-fn names<const D: usize>(scene: &Scene<D>) -> Result<(), BoundaryError> {
-    let conditions = scene.conditions.iter();
-    let places = conditions.clone().map(|c| &c.place).chain(scene.loads.iter().map(|l| &l.place));
-    let places = places.chain(scene.contacts.iter().map(|c| &c.place)).chain(scene.rigids.iter().map(|r| &r.1));
-    let places = places.chain(scene.contact_pairs.iter().flat_map(|m| std::iter::once(&m.first).chain(&m.second)));
-    let parts = places.chain(scene.names.iter().map(|n| &n.1)).filter_map(|place| match &place.spot {
-        Spot::Part(Part::Named(name)) => Some(("the place of a condition, a load or a contact", name)),
-        _ => None,
-    });
-    let all = (scene.bodies.iter().map(|body| ("a body", &body.name)))
-        .chain(conditions.filter_map(|c| c.name.as_ref().map(|name| ("a condition", name))))
-        .chain(scene.loads.iter().filter_map(|l| l.name.as_ref().map(|name| ("a load", name))))
-        .chain(scene.contacts.iter().map(|c| ("a rigid surface", &c.surface.name)))
-        .chain(scene.contact_pairs.iter().map(|m| ("a contact", &m.name)))
-        .chain(scene.names.iter().map(|(name, _)| ("a place", name)))
-        .chain(scene.rigids.iter().map(|(name, _)| ("a rigid body", name)));
-    match all.chain(parts).find(|(_, name)| name.trim().is_empty()) {
-        Some((what, _)) => Err(BoundaryError::Nameless { what }),
+fn names(all: &[(&'static str, &str)]) -> Result<(), BoundaryError> {
+    match all.iter().find(|(_, name)| name.trim().is_empty()) {
+        Some(&(what, _)) => Err(BoundaryError::Nameless { what }),
         None => Ok(()),
     }
 }
@@ -124,34 +224,32 @@ const STIFFEST: f64 = 1e12;
 const LARGEST_LOAD: f64 = 1e3;
 
 /// Refuses laws and loads whose sizes can't be meant.
-fn sizes<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
+fn sizes(bodies: &[(&str, &dyn Material)], loads: &[LoadData<'_>]) -> Result<(), Error> {
     let mut stiffest: f64 = 0.0;
-    for body in &scene.bodies {
-        body.material.validate()?;
-        let (shear, bulk) = (body.material.initial_moduli().shear, body.material.initial_moduli().bulk);
+    for (name, material) in bodies {
+        material.validate()?;
+        let (shear, bulk) = (material.initial_moduli().shear, material.initial_moduli().bulk);
         stiffest = stiffest.max(shear).max(bulk);
         if !(shear > 0.0) {
-            let what = format!("initial shear modulus of the material of body {}", body.name);
+            let what = format!("initial shear modulus of the material of body {name}");
             let needed = "give constants whose sum resists shear: a modulus above zero";
             return Err(Invalid::new(what, shear, needed).into());
         }
         if bulk / shear > STIFFEST {
             let needed = "at most 1e12, where changes of volume begin to be lost in rounding; 1e5 is incompressible to all purposes";
-            let what = format!("bulk over shear modulus of body {}", body.name);
+            let what = format!("bulk over shear modulus of body {name}");
             return Err(Invalid::new(what, bulk / shear, needed).into());
         }
     }
-    for load in scene.loads.iter().filter(|load| matches!(load.place.spot, Spot::Part(_))) {
-        let size = match &load.kind {
-            LoadKind::Dead(Value::Constant(traction)) => traction.iter().map(|t| t * t).sum::<f64>().sqrt(),
-            LoadKind::Pressure(Value::Constant(pressure)) => pressure.abs(),
-            _ => continue,
+    for load in loads.iter().filter(|load| load.on_part && matches!(load.kind, Kind::Dead | Kind::Pressure)) {
+        let size = match &load.constant[..] {
+            [one] => one.abs(),
+            all => all.iter().map(|t| t * t).sum::<f64>().sqrt(),
         };
         if size > LARGEST_LOAD * stiffest {
             let needed = "nothing elastic carries more than a thousand times its stiffest modulus: check the units";
-            return Err(
-                Invalid::new(format!("{} over the stiffest modulus", load.label()), size / stiffest, needed).into()
-            );
+            let what = format!("{} over the stiffest modulus", load.label);
+            return Err(Invalid::new(what, size / stiffest, needed).into());
         }
     }
     Ok(())
@@ -159,15 +257,20 @@ fn sizes<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
 
 /// Refuses conditions and loads on some of a rigid body, which moves as a whole.
 fn parts_of_rigid_bodies<const D: usize>(scene: &Scene<D>) -> Result<(), Incompatible> {
-    let places =
-        scene.conditions.iter().map(|condition| &condition.place).chain(scene.loads.iter().map(|load| &load.place));
-    match places.into_iter().find(|place| place.within.is_some() && scene.rigid_at(place).is_some()) {
-        Some(place) => {
-            let remedy = "leave Place::within out: a rigid body moves as a whole";
-            Err(Incompatible::new(format!("{place}"), "a rigid body", remedy))
-        }
-        None => Ok(()),
+    let mut places: Vec<&Place<D>> = Vec::with_capacity(scene.conditions.len() + scene.loads.len());
+    for condition in &scene.conditions {
+        places.push(&condition.place);
     }
+    for load in &scene.loads {
+        places.push(&load.place);
+    }
+    for place in places {
+        if place.within.is_some() && scene.rigid_at(place).is_some() {
+            let remedy = "leave Place::within out: a rigid body moves as a whole";
+            return Err(Incompatible::new(format!("{place}"), "a rigid body", remedy));
+        }
+    }
+    Ok(())
 }
 
 /// Load factors at which what varies is looked at before a run.
@@ -178,17 +281,15 @@ pub(in crate::scene) fn is_finite_over<const D: usize>(
     load: &Load<D>,
     points: &[Point<D>],
 ) -> Result<(), BoundaryError> {
-    let wrong = |x: &Point<D>, factor: f64| {
-        let all = match &load.kind {
-            LoadKind::Dead(force) => force.at(x, factor).to_vec(),
-            LoadKind::Pressure(pressure) => vec![pressure.at(x, factor)],
-            _ => Vec::new(),
-        };
-        all.into_iter().find(|value| !value.is_finite())
-    };
     for x in points {
         for at in LOOKED_AT {
-            if let Some(value) = wrong(x, load.amplitude.value(at)) {
+            let factor = load.amplitude.value(at);
+            let wrong = match &load.kind {
+                LoadKind::Dead(force) => not_finite(&force.at(x, factor)),
+                LoadKind::Pressure(pressure) => not_finite(&[pressure.at(x, factor)]),
+                _ => None,
+            };
+            if let Some(value) = wrong {
                 let what = format!("{} at X = {:?}", load.label(), x.as_slice());
                 return Err(BoundaryError::Value { what, value, load: at });
             }
@@ -197,13 +298,19 @@ pub(in crate::scene) fn is_finite_over<const D: usize>(
     Ok(())
 }
 
+fn not_finite(values: &[f64]) -> Option<f64> {
+    values.iter().copied().find(|value| !value.is_finite())
+}
+
 /// Refuses an amplitude that is no number at load factors of a run.
-fn is_finite(amplitude: &Amplitude, label: impl Fn() -> String) -> Result<(), BoundaryError> {
-    let values = LOOKED_AT.map(|load| (load, amplitude.evaluate(load).0));
-    match values.into_iter().find(|(_, value)| !value.is_finite()) {
-        Some((load, value)) => Err(BoundaryError::Value { what: format!("amplitude of {}", label()), value, load }),
-        None => Ok(()),
+fn is_finite(amplitude: &Amplitude, label: &str) -> Result<(), BoundaryError> {
+    for load in LOOKED_AT {
+        let value = amplitude.evaluate(load).0;
+        if !value.is_finite() {
+            return Err(BoundaryError::Value { what: format!("amplitude of {label}"), value, load });
+        }
     }
+    Ok(())
 }
 
 /// Refuses contacts that no scheme could serve.
@@ -215,11 +322,16 @@ fn contacts<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
             return Err(Incompatible::new("a rigid surface that turns", "an axisymmetric body", remedy).into());
         }
     }
-    scene.contact_pairs.iter().try_for_each(|pair| pair.validate())?;
-    let rigid = scene.contacts.iter().map(|contact| &contact.surface.name);
-    let names: Vec<&String> = rigid.chain(scene.contact_pairs.iter().map(|contact_pair| &contact_pair.name)).collect();
-    match names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {
-        Some((_, name)) => Err(ContactError::Twice { name: name.to_string() }.into()),
+    for pair in &scene.contact_pairs {
+        pair.validate()?;
+    }
+    match repeated(&contact_names(scene)) {
+        Some(name) => Err(ContactError::Twice { name: name.to_string() }.into()),
         None => Ok(()),
     }
+}
+
+/// The first name that stands among those before it.
+fn repeated<'a>(names: &[&'a str]) -> Option<&'a str> {
+    names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)).map(|(_, name)| *name)
 }
