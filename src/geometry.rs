@@ -45,6 +45,16 @@ pub(crate) fn padded<const D: usize, const N: usize>(x: &Point<D>) -> Point<N> {
     all
 }
 
+/// The same of many.
+#[cfg(feature = "solve")]
+pub(crate) fn all_padded<const D: usize, const N: usize>(points: &[Point<D>]) -> Vec<Point<N>> {
+    let mut all = Vec::with_capacity(points.len());
+    for point in points {
+        all.push(padded(point));
+    }
+    all
+}
+
 /// One end of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Side {

@@ -240,7 +240,8 @@ impl<'a, const D: usize> Carry<'a, D> {
         let number = from.discrete_bodies().iter().position(|other| other.name() == to.name()).unwrap_or(0);
         let from = &from.discrete_bodies()[number];
         let particles: Vec<Point<3>> = to.cells().positions().iter().map(padded).collect();
-        let (given, own) = (BodyView::values_at(from, &particles)?, BodyView::values_at(to, &particles)?);
+        let bodies: [&dyn BodyView; 2] = [from, to];
+        let (given, own) = (bodies[0].values_at(&particles)?, bodies[1].values_at(&particles)?);
         let given = given.into_iter().map(|psi| psi.shifted(from.nodes().start)).collect();
         let table = from.body().table();
         let nearest = BoxTree::of(table.positions());

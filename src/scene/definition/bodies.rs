@@ -100,27 +100,37 @@ impl<const D: usize> Scene<D> {
                 domain.validate()?;
             }
         }
-        let mut places: Vec<&Place<D>> = Vec::new();
+        let mut places = self.acting();
+        for (_, place) in &self.rigids {
+            places.push(place);
+        }
+        let mut asked: Vec<&str> = Vec::new();
+        for place in places {
+            if let (None, Some(name)) = (self.rigid_at(place), &place.of) {
+                asked.push(name);
+            }
+        }
+        for (_, place) in &self.names {
+            if let Some(name) = &place.of {
+                asked.push(name);
+            }
+        }
+        for pair in &self.unbonded {
+            asked.extend([&*pair[0], &*pair[1]]);
+        }
+        Ok(names(&own, &self.rigid_names(), &asked)?)
+    }
+
+    /// The places of conditions, then those of loads.
+    pub(super) fn acting(&self) -> Vec<&Place<D>> {
+        let mut places = Vec::with_capacity(self.conditions.len() + self.loads.len());
         for condition in &self.conditions {
             places.push(&condition.place);
         }
         for load in &self.loads {
             places.push(&load.place);
         }
-        for (_, place) in &self.rigids {
-            places.push(place);
-        }
-        let mut asked: Vec<&str> = Vec::new();
-        for place in places {
-            if self.rigid_at(place).is_none() {
-                asked.extend(place.of.as_deref());
-            }
-        }
-        for (_, place) in &self.names {
-            asked.extend(place.of.as_deref());
-        }
-        asked.extend(self.unbonded.iter().flatten().map(String::as_str));
-        Ok(names(&own, &self.rigid_names(), &asked)?)
+        places
     }
 
     /// The names of the bodies.

@@ -139,9 +139,12 @@ impl<const D: usize> Condition<D> {
     }
 
     /// Prescribes all components \[length\]: a vector, [`Value::field`] or [`Value::motion`] of vectors.
-    pub fn displacement(self, value: impl Into<Value<D, [f64; D]>>) -> Self {
+    pub fn displacement(mut self, value: impl Into<Value<D, [f64; D]>>) -> Self {
         let value = value.into();
-        (0..D).fold(self, |condition, i| condition.component(i, value.map(move |u| u.get(i).copied().unwrap_or(0.0))))
+        for i in 0..D {
+            self = self.component(i, value.map(move |u| u[i]));
+        }
+        self
     }
 
     /// Sets how the values follow the load factor; a ramp unless set. Motions get it in place of the load factor.

@@ -26,21 +26,26 @@ pub(crate) fn counts<const D: usize>(domain: &dyn Domain<D>, scheme: &Scheme) ->
             if !(*spacing > 0.0 && spacing.is_finite()) {
                 return Err(Invalid::new("particle spacing", *spacing, "give a finite length above zero").into());
             }
-            let lengths = edge_lengths(domain);
-            let counts = lengths.map(|longest| (longest / spacing - 1e-9).ceil().clamp(1.0, 1e12) as usize);
+            let (lengths, mut counts) = (edge_lengths(domain), [0; D]);
             let is_refined = D > 1 && scheme.approximation == ApproximationChoice::Particles && !scheme.thin_walls;
-            Ok(counts.map(|count| if is_refined && count == 1 { ACROSS } else { count } + 1))
+            for axis in 0..D {
+                let count = (lengths[axis] / spacing - 1e-9).ceil().clamp(1.0, 1e12) as usize;
+                counts[axis] = if is_refined && count == 1 { ACROSS } else { count } + 1;
+            }
+            Ok(counts)
         }
     }
 }
 
 /// The longest of the edges of a domain's unit cube along each axis, each measured in 16 pieces \[length\].
 pub(crate) fn edge_lengths<const D: usize>(domain: &dyn Domain<D>) -> [f64; D] {
-    std::array::from_fn(|axis| {
-        let mut longest: f64 = 0.0;
+    let mut longest = [0.0f64; D];
+    for axis in 0..D {
         for edge in 0..1usize << D {
-            let corner = Point::<D>::from_fn(|i, _| if i == axis { 0.0 } else { ((edge >> i) & 1) as f64 });
-            let mut length = 0.0;
+            let (mut corner, mut length) = (Point::<D>::zeros(), 0.0);
+            for i in 0..D {
+                corner[i] = if i == axis { 0.0 } else { ((edge >> i) & 1) as f64 };
+            }
             let mut before = domain.position(&corner);
             for piece in 1..=16 {
                 let mut at = corner;
@@ -49,16 +54,18 @@ pub(crate) fn edge_lengths<const D: usize>(domain: &dyn Domain<D>) -> [f64; D] {
                 length += (next - before).norm();
                 before = next;
             }
-            longest = longest.max(length);
+            longest[axis] = longest[axis].max(length);
         }
-        longest
-    })
+    }
+    longest
 }
 
 /// One number for each axis; a single one stands for all.
 pub(crate) fn per_axis<const D: usize>(given: &[usize], what: &'static str) -> Result<[usize; D], Error> {
-    if given.len() == 1 || given.len() == D {
-        Ok(std::array::from_fn(|i| if given.len() == 1 { given[0] } else { given[i] }))
+    if let &[one] = given {
+        Ok([one; D])
+    } else if let Ok(each) = given.try_into() {
+        Ok(each)
     } else {
         Err(GeometryError::Count { what, count: given.len(), needed: "give one number for each axis, or one for all" }
             .into())

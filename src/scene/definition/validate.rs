@@ -12,14 +12,6 @@ use super::place::{Place, Spot};
 use super::scene::Scene;
 use super::value::Value;
 
-/// What is checked of a condition.
-struct ConditionData<'a> {
-    what: String,
-    amplitude: &'a Amplitude,
-    /// Label, component and constant value of each direction.
-    prescribed: Vec<(String, Option<usize>, Option<f64>)>,
-}
-
 /// What is checked of a load.
 struct LoadData<'a> {
     label: String,
@@ -48,26 +40,31 @@ impl<const D: usize> Scene<D> {
         if let Some(name) = self.absent.first() {
             return Err(BoundaryError::UnknownCondition { requested: name.clone(), known: known(self) }.into());
         }
-        let mut data = Vec::with_capacity(self.conditions.len());
         for condition in &self.conditions {
             let what = condition.name.clone().unwrap_or_else(|| condition.place.to_string());
-            let mut prescribed = Vec::with_capacity(condition.prescribed.len());
-            for (direction, value) in &condition.prescribed {
-                let component = if let Direction::Component(component) = *direction { Some(component) } else { None };
-                let constant = if let Value::Constant(value) = *value { Some(value) } else { None };
-                prescribed.push((condition.label(direction), component, constant));
+            let what = format!("condition on {what}");
+            amplitude(&condition.amplitude, &what)?;
+            if condition.prescribed.is_empty() {
+                return Err(BoundaryError::Incomplete { what }.into());
             }
-            data.push(ConditionData { what, amplitude: &condition.amplitude, prescribed });
+            for (direction, value) in &condition.prescribed {
+                let component = if let Direction::Component(component) = *direction { component } else { 0 };
+                let value = if let Value::Constant(value) = *value { value } else { 0.0 };
+                prescribed(D, condition.label(direction), component, value)?;
+            }
         }
-        conditions(D, &data)?;
-        let data: Vec<LoadData<'_>> = self.loads.iter().map(load_data).collect();
-        loads(D, &data)?;
+        let mut loads = Vec::with_capacity(self.loads.len());
+        for load in &self.loads {
+            let data = load_data(load);
+            data.validate(D)?;
+            loads.push(data);
+        }
         parts_of_rigid_bodies(self)?;
         let mut materials: Vec<(&str, &dyn Material)> = Vec::with_capacity(self.bodies.len());
         for body in &self.bodies {
             materials.push((&body.name, &*body.material));
         }
-        sizes(&materials, &data)?;
+        sizes(&materials, &loads)?;
         contacts(self)?;
         crate::kinematics::hoop_components(&*self.kinematics)?;
         Ok(())
@@ -88,55 +85,46 @@ fn load_data<const D: usize>(load: &Load<D>) -> LoadData<'_> {
     LoadData { label: load.label(), amplitude: &load.amplitude, kind, on_part, constant }
 }
 
-fn conditions(dim: usize, conditions: &[ConditionData<'_>]) -> Result<(), Error> {
-    for ConditionData { what, amplitude, prescribed } in conditions {
-        let what = format!("condition on {what}");
-        amplitude.validate(|| what.clone())?;
-        is_finite(amplitude, &what)?;
-        if prescribed.is_empty() {
-            return Err(BoundaryError::Incomplete { what }.into());
-        }
-        for (what, component, constant) in prescribed {
-            let what = what.clone();
-            if let Some(component) = component.filter(|&component| component >= dim) {
-                return Err(BoundaryError::Component { what, component, dimension: dim }.into());
-            }
-            if let Some(value) = constant.filter(|value| !value.is_finite()) {
-                return Err(BoundaryError::Value { what, value, load: 1.0 }.into());
-            }
-        }
+/// Refuses components that there are not and values that are no numbers.
+fn prescribed(dim: usize, what: String, component: usize, value: f64) -> Result<(), BoundaryError> {
+    if component >= dim {
+        return Err(BoundaryError::Component { what, component, dimension: dim });
+    }
+    if !value.is_finite() {
+        return Err(BoundaryError::Value { what, value, load: 1.0 });
     }
     Ok(())
 }
 
-fn loads(dim: usize, loads: &[LoadData<'_>]) -> Result<(), Error> {
-    for load in loads {
-        load.amplitude.validate(|| load.label.clone())?;
-        followed(dim, load)?;
-        if load.kind == Kind::Pressure && !load.on_part {
+impl LoadData<'_> {
+    fn validate(&self, dim: usize) -> Result<(), Error> {
+        self.amplitude.validate(|| self.label.clone())?;
+        self.followed(dim)?;
+        if self.kind == Kind::Pressure && !self.on_part {
             let needed = "a part of the boundary, whose normal it has: put it there";
             return Err(GeometryError::Unsuited { what: "a pressure on a point or on the whole body", needed }.into());
         }
-        is_finite(load.amplitude, &load.label)?;
-        if let Some(&value) = load.constant.iter().find(|value| !value.is_finite()) {
-            return Err(BoundaryError::Value { what: load.label.clone(), value, load: 1.0 }.into());
+        is_finite(self.amplitude, &self.label)?;
+        if let Some(value) = not_finite(&self.constant) {
+            return Err(BoundaryError::Value { what: self.label.clone(), value, load: 1.0 }.into());
         }
+        Ok(())
     }
-    Ok(())
-}
 
-/// Refuses what a load of this kind would leave out: an amplitude of springs, a moment out of the plane.
-fn followed(dim: usize, load: &LoadData<'_>) -> Result<(), Incompatible> {
-    match (load.kind, &load.constant[..]) {
-        (Kind::Integrand, _) if *load.amplitude != Amplitude::Ramp => {
-            let remedy = "springs act in full from the start and an integrand sees the load factor itself: leave Load::amplitude out";
-            Err(Incompatible::new("an amplitude", format!("the {}", load.label), remedy))
+    /// Refuses what a load of this kind would leave out: an amplitude of springs, a moment out of the plane.
+    fn followed(&self, dim: usize) -> Result<(), Incompatible> {
+        match (self.kind, &self.constant[..]) {
+            (Kind::Integrand, _) if *self.amplitude != Amplitude::Ramp => {
+                let remedy = "springs act in full from the start and an integrand sees the load factor itself: leave Load::amplitude out";
+                Err(Incompatible::new("an amplitude", format!("the {}", self.label), remedy))
+            }
+            (Kind::Moment, &[x, y, _]) if dim < 3 && [x, y] != [0.0; 2] => {
+                let remedy = "in the plane only the third component acts: give [0.0, 0.0, moment]";
+                let what = format!("the {} with components {x} and {y}", self.label);
+                Err(Incompatible::new(what, "a planar body", remedy))
+            }
+            _ => Ok(()),
         }
-        (Kind::Moment, &[x, y, _]) if dim < 3 && [x, y] != [0.0; 2] => {
-            let remedy = "in the plane only the third component acts: give [0.0, 0.0, moment]";
-            Err(Incompatible::new(format!("the {} with components {x} and {y}", load.label), "a planar body", remedy))
-        }
-        _ => Ok(()),
     }
 }
 
@@ -144,10 +132,14 @@ fn followed(dim: usize, load: &LoadData<'_>) -> Result<(), Incompatible> {
 fn known<const D: usize>(scene: &Scene<D>) -> String {
     let mut all: Vec<&str> = Vec::new();
     for condition in &scene.conditions {
-        all.extend(condition.name.as_deref());
+        if let Some(name) = &condition.name {
+            all.push(name);
+        }
     }
     for load in &scene.loads {
-        all.extend(load.name.as_deref());
+        if let Some(name) = &load.name {
+            all.push(name);
+        }
     }
     all.append(&mut contact_names(scene));
     all.join("; ")
@@ -173,11 +165,15 @@ fn all_names<const D: usize>(scene: &Scene<D>) -> Vec<(&'static str, &str)> {
         all.push(("a body", &body.name));
     }
     for condition in &scene.conditions {
-        all.extend(condition.name.as_deref().map(|name| ("a condition", name)));
+        if let Some(name) = &condition.name {
+            all.push(("a condition", name));
+        }
         ask(&mut parts, &condition.place);
     }
     for load in &scene.loads {
-        all.extend(load.name.as_deref().map(|name| ("a load", name)));
+        if let Some(name) = &load.name {
+            all.push(("a load", name));
+        }
         ask(&mut parts, &load.place);
     }
     for contact in &scene.contacts {
@@ -257,14 +253,7 @@ fn sizes(bodies: &[(&str, &dyn Material)], loads: &[LoadData<'_>]) -> Result<(),
 
 /// Refuses conditions and loads on some of a rigid body, which moves as a whole.
 fn parts_of_rigid_bodies<const D: usize>(scene: &Scene<D>) -> Result<(), Incompatible> {
-    let mut places: Vec<&Place<D>> = Vec::with_capacity(scene.conditions.len() + scene.loads.len());
-    for condition in &scene.conditions {
-        places.push(&condition.place);
-    }
-    for load in &scene.loads {
-        places.push(&load.place);
-    }
-    for place in places {
+    for place in scene.acting() {
         if place.within.is_some() && scene.rigid_at(place).is_some() {
             let remedy = "leave Place::within out: a rigid body moves as a whole";
             return Err(Incompatible::new(format!("{place}"), "a rigid body", remedy));
@@ -300,6 +289,12 @@ pub(in crate::scene) fn is_finite_over<const D: usize>(
 
 fn not_finite(values: &[f64]) -> Option<f64> {
     values.iter().copied().find(|value| !value.is_finite())
+}
+
+/// Refuses amplitudes that are none.
+fn amplitude(amplitude: &Amplitude, label: &str) -> Result<(), BoundaryError> {
+    amplitude.validate(|| label.to_string())?;
+    is_finite(amplitude, label)
 }
 
 /// Refuses an amplitude that is no number at load factors of a run.

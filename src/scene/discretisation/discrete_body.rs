@@ -1,6 +1,5 @@
 //! The discretised bodies of a problem.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -9,7 +8,6 @@ use nalgebra::Matrix3;
 use crate::cells::Cells;
 use crate::error::{ApproximationError, Error, SolveError};
 use crate::geometry::Point;
-use crate::parallel::map_with;
 use crate::scene::Sheet;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::solve::State;
@@ -59,53 +57,11 @@ impl<const D: usize> DiscreteBody<D> {
         &self.cells
     }
 
-    /// Values of its functions at points, nodes counted within the body.
-    pub(crate) fn values_at(&self, points: &[Point<D>]) -> Result<Vec<ShapeFunctions<D>>, Error> {
-        Ok(self.each_at(points).into_iter().collect::<Result<_, ApproximationError>>()?)
-    }
-
-    /// Values of its functions at each of several points, or why there are none.
-    fn each_at(&self, points: &[Point<D>]) -> Vec<Result<ShapeFunctions<D>, ApproximationError>> {
-        map_with(points.len(), SERIAL_BELOW, Scratch::default, |scratch, point| {
-            let mut psi = ShapeFunctions::default();
-            self.approximation.evaluate_values(&points[point], scratch, &mut psi)?;
-            Ok(psi)
-        })
-    }
-
     /// Values of its functions at one of its particles.
     pub(crate) fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<D>, ApproximationError> {
         let mut psi = ShapeFunctions::default();
         self.approximation.evaluate_at_node(node, &mut Scratch::default(), &mut psi)?;
         Ok(psi)
-    }
-
-    /// Values of its functions at points of faces, each with what makes it of particles: points of a plane face that a curved body
-    /// does not reach, in a bore say, move as these particles do.
-    pub(crate) fn values_on(
-        &self,
-        points: &[Point<D>],
-        weights: &[Vec<(usize, f64)>],
-    ) -> Result<Vec<ShapeFunctions<D>>, Error> {
-        let found = self.each_at(points).into_iter().zip(weights);
-        let each = found.map(|(found, weights)| match found {
-            Err(ApproximationError::Outside { .. }) => self.joined(weights),
-            found => found,
-        });
-        Ok(each.collect::<Result<_, _>>()?)
-    }
-
-    /// The functions of several particles, weighted.
-    fn joined(&self, weights: &[(usize, f64)]) -> Result<ShapeFunctions<D>, ApproximationError> {
-        let mut sum: BTreeMap<u32, f64> = BTreeMap::new();
-        for &(particle, weight) in weights {
-            let psi = self.values_at_node(particle)?;
-            for (node, value) in psi.nodes.iter().zip(&psi.values) {
-                *sum.entry(*node).or_default() += weight * value;
-            }
-        }
-        let (nodes, values) = sum.into_iter().unzip();
-        Ok(ShapeFunctions { nodes, values, rcond: 1.0, ..ShapeFunctions::default() })
     }
 
     /// $\sum_I \Psi_I d_I$ for functions whose nodes are counted within the body.
@@ -129,21 +85,6 @@ impl<const D: usize> DiscreteBody<D> {
         }
         self.reads(state)?;
         Ok(self.weighted(&self.approximation.shape_functions(at)?, state))
-    }
-
-    /// Displacements at its particles \[length\].
-    ///
-    /// # Errors
-    /// Where a particle is not covered, and for a state of another problem.
-    pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
-        self.reads(state)?;
-        let (mut scratch, mut psi) = (Scratch::default(), ShapeFunctions::default());
-        let mut displacements = Vec::with_capacity(self.nodes.len());
-        for particle in 0..self.nodes.len() {
-            self.approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
-            displacements.push(self.weighted(&psi, state));
-        }
-        Ok(displacements)
     }
 
     fn reads(&self, state: &State) -> Result<(), SolveError> {

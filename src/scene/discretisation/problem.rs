@@ -9,7 +9,7 @@ use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::{Cells, Lattice};
 use crate::error::{ApproximationError, BoundaryError, Error, SolveError};
-use crate::geometry::Point;
+use crate::geometry::{Point, all_padded};
 use crate::solve::{Analysis, State};
 use crate::term::{Body, Term};
 
@@ -152,9 +152,7 @@ impl<const D: usize> Problem<D> {
     /// Where a particle is not covered.
     pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
         self.check_length(state)?;
-        let each: Result<Vec<_>, Error> =
-            self.discrete_bodies.iter().map(|discrete_body| discrete_body.particle_displacements(state)).collect();
-        Ok(each?.concat())
+        Ok(all_padded(&self.view().particle_displacements(state)?))
     }
 
     /// The displacement at a particle.
@@ -202,9 +200,7 @@ impl<const D: usize> Problem<D> {
     /// [`SolveError::OtherModel`] for a state of another problem.
     pub fn deformation_gradients(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
         self.check_length(state)?;
-        let each: Result<Vec<_>, SolveError> =
-            self.discrete_bodies.iter().map(|body| body.deformation_gradients(state)).collect();
-        Ok(each?.concat())
+        Ok(self.view().deformation_gradients(state))
     }
 
     /// Hydrostatic pressures \[stress\] at the [`points`](Problem::points) of the bodies' tables, see [`Body::pressures`]; none
@@ -214,12 +210,6 @@ impl<const D: usize> Problem<D> {
     /// [`SolveError::OtherModel`] for a state of another problem.
     pub fn pressures(&self, state: &State) -> Result<Option<Vec<f64>>, Error> {
         self.model.at(state)?;
-        let each: Option<Vec<_>> = self
-            .discrete_bodies
-            .iter()
-            .enumerate()
-            .map(|(number, discrete_body)| discrete_body.pressures(number, state))
-            .collect();
-        Ok(each.map(|each| each.concat()))
+        Ok(self.view().pressures(state))
     }
 }

@@ -1,10 +1,8 @@
 //! Runs that are led by a displacement.
 
-use crate::assembly::Model;
-use crate::boundary::Constraints;
 use crate::error::{BoundaryError, Error, Invalid};
 use crate::geometry::Point;
-use crate::solve::{Analysis, Deflection, EquilibriumPath, Functional, Observer, State};
+use crate::solve::{Deflection, EquilibriumPath, Functional, Observer, State};
 use crate::term::{parted, parted_mut};
 
 use crate::scene::Problem;
@@ -77,19 +75,6 @@ impl<const D: usize> Problem<D> {
     /// For load factors that the path does not come to, and where Newton's method finds no state between two steps, which says
     /// so as [`EquilibriumPath::reached`] does.
     pub fn states_at(&self, path: &EquilibriumPath, loads: &[f64]) -> Result<Vec<State>, Error> {
-        Between { analysis: &self.analysis, model: &self.model, equations: &self.equations }.states(path, loads)
-    }
-}
-
-/// What finds states between the steps of a path.
-struct Between<'a> {
-    analysis: &'a Analysis,
-    model: &'a Model,
-    equations: &'a Constraints,
-}
-
-impl Between<'_> {
-    fn states(&self, path: &EquilibriumPath, loads: &[f64]) -> Result<Vec<State>, Error> {
         let all: Vec<&State> = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).collect();
         let mut found = Vec::with_capacity(loads.len());
         for &load in loads {
@@ -109,7 +94,7 @@ impl Between<'_> {
         // Where the straight line between two steps is too far from the path, nearer states come first.
         for attempt in 0..=HALVINGS {
             let guess = self.interpolated(&low, behind, aim);
-            let path = self.analysis.correct(self.model, self.equations, guess, &mut ())?;
+            let path = self.analysis.correct(&self.model, &self.equations, guess, &mut ())?;
             if path.steps.is_empty() && attempt < HALVINGS {
                 aim = 0.5 * (low.load + aim);
                 continue;

@@ -3,8 +3,6 @@
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
 
-use nalgebra::Matrix3;
-
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::mesh::CellShape;
@@ -199,15 +197,6 @@ impl ProblemView<'_> {
                 corners.iter_mut().for_each(|corner| *corner += first);
                 all.push(corners);
             }
-        }
-        all
-    }
-
-    /// Deformation gradients at the points of the bodies' tables.
-    fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
-        let mut all = Vec::new();
-        for body in &self.bodies {
-            all.extend((0..body.weights().len()).map(|point| body.deformation_gradient(point, &state.displacement)));
         }
         all
     }

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use crate::assembly::{Model, Ranks};
+use crate::assembly::Model;
 use crate::boundary::ConstraintEquation;
 use crate::error::{BoundaryError, Error, Invalid, SolveError};
 use crate::geometry::{Part, Point};
-use crate::output::{PvdCollection, Table, VtkGrid};
+use crate::output::{PvdCollection, Table};
 use crate::solve::{EquilibriumPath, State};
 
 use crate::scene::discretisation::conditions::Placed;
@@ -160,45 +160,6 @@ fn table(model: &Model, places: &[Recorded<'_>], axes: &Range<usize>, path: &Equ
     Ok(table)
 }
 
-/// What writing a path takes of a problem: grids of states, and their times where the scene has a clock.
-struct Written<'a> {
-    ranks: Option<&'a dyn Ranks>,
-    grid: &'a dyn Fn(&State) -> Result<VtkGrid, Error>,
-    time: &'a dyn Fn(&State) -> Option<f64>,
-}
-
-impl Written<'_> {
-    fn states(
-        &self,
-        path: &EquilibriumPath,
-        first: usize,
-        file: &std::path::Path,
-        suffix: &str,
-        since: f64,
-        films: &mut PvdCollection,
-    ) -> Result<(), Error> {
-        let stem = file.file_stem().map_or_else(|| "path".to_string(), |stem| stem.to_string_lossy().into_owned());
-        let states = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
-        for (step, state) in states.enumerate().skip(first) {
-            let grid = (self.grid)(state)?;
-            let own = match self.ranks {
-                Some(ranks) => {
-                    let own = file.with_file_name(format!("{stem}{suffix}_{step:04}.pvtu"));
-                    grid.write_piece(&own, ranks.rank(), ranks.count())?;
-                    own
-                }
-                None => {
-                    let own = file.with_file_name(format!("{stem}{suffix}_{step:04}.vtu"));
-                    grid.write(&own)?;
-                    own
-                }
-            };
-            films.push((self.time)(state).unwrap_or(since + state.load), own);
-        }
-        Ok(())
-    }
-}
-
 impl<const D: usize> Problem<D> {
     /// The force \[force\] on the body by the conditions at a place, or by the condition of a name:
     /// $-\sum_J \mu_J \sum_k c_{Jk}$ over their rows, component by component. The whole boundary takes in all parts.
@@ -327,12 +288,26 @@ impl<const D: usize> Problem<D> {
         since: f64,
         films: &mut PvdCollection,
     ) -> Result<(), Error> {
-        let written = Written {
-            ranks: self.model.ranks(),
-            grid: &|state| self.vtk_grid(state),
-            time: &|state| self.body().has_clock().then(|| self.time(state)),
-        };
-        written.states(path, first, file, suffix, since, films)
+        let stem = file.file_stem().map_or_else(|| "path".to_string(), |stem| stem.to_string_lossy().into_owned());
+        let states = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
+        for (step, state) in states.enumerate().skip(first) {
+            let grid = self.vtk_grid(state)?;
+            let own = match self.model.ranks() {
+                Some(ranks) => {
+                    let own = file.with_file_name(format!("{stem}{suffix}_{step:04}.pvtu"));
+                    grid.write_piece(&own, ranks.rank(), ranks.count())?;
+                    own
+                }
+                None => {
+                    let own = file.with_file_name(format!("{stem}{suffix}_{step:04}.vtu"));
+                    grid.write(&own)?;
+                    own
+                }
+            };
+            let time = if self.body().has_clock() { self.time(state) } else { since + state.load };
+            films.push(time, own);
+        }
+        Ok(())
     }
 
     /// Whether this process writes what all ranks share.

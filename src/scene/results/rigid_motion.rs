@@ -3,10 +3,9 @@
 use nalgebra::{Matrix3, Rotation3, SMatrix};
 
 use crate::error::{BoundaryError, Error};
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point, all_padded, padded};
 use crate::solve::State;
 
-use super::view::all_padded;
 use crate::scene::discretisation::problem::Problem;
 
 /// How a rigid body has moved.

@@ -1,5 +1,6 @@
 //! Problems and their bodies as results see them, whatever their dimension.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use nalgebra::Matrix3;
@@ -7,12 +8,13 @@ use nalgebra::Matrix3;
 use crate::assembly::{Model, Ranks};
 use crate::boundary::Constraints;
 use crate::error::{ApproximationError, Error};
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point, all_padded, padded};
 use crate::material::Material;
+use crate::parallel::map_with;
 use crate::scene::Problem;
-use crate::scene::discretisation::discrete_body::DiscreteBody;
+use crate::scene::discretisation::discrete_body::{DiscreteBody, SERIAL_BELOW};
 use crate::scene::discretisation::facet_rule::Facets;
-use crate::shape::{FiniteElements, ShapeFunctions};
+use crate::shape::{FiniteElements, Scratch, ShapeFunctions};
 use crate::solve::State;
 use crate::table::Clusters;
 use crate::term::View;
@@ -65,8 +67,8 @@ pub(crate) trait BodyView: Send + Sync {
 
     /// Values and gradients of its functions at a point.
     fn functions(&self, at: &Point<3>) -> Result<ShapeFunctions<3>, ApproximationError>;
-    fn values_at(&self, points: &[Point<3>]) -> Result<Vec<ShapeFunctions<3>>, Error>;
-    fn values_on(&self, points: &[Point<3>], weights: &[Vec<(usize, f64)>]) -> Result<Vec<ShapeFunctions<3>>, Error>;
+    /// Values of its functions at each of several points, or why there are none.
+    fn each_at(&self, points: &[Point<3>]) -> Vec<Result<ShapeFunctions<3>, ApproximationError>>;
     fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<3>, ApproximationError>;
     fn particle_displacements(&self, state: &State) -> Result<Vec<Point<3>>, Error>;
 }
@@ -187,12 +189,12 @@ impl<const D: usize> BodyView for DiscreteBody<D> {
         Ok(lifted(self.approximation.shape_functions(&padded(at))?))
     }
 
-    fn values_at(&self, points: &[Point<3>]) -> Result<Vec<ShapeFunctions<3>>, Error> {
-        Ok(all_lifted(DiscreteBody::values_at(self, &all_padded(points))?))
-    }
-
-    fn values_on(&self, points: &[Point<3>], weights: &[Vec<(usize, f64)>]) -> Result<Vec<ShapeFunctions<3>>, Error> {
-        Ok(all_lifted(DiscreteBody::values_on(self, &all_padded(points), weights)?))
+    fn each_at(&self, points: &[Point<3>]) -> Vec<Result<ShapeFunctions<3>, ApproximationError>> {
+        map_with(points.len(), SERIAL_BELOW, Scratch::default, |scratch, point| {
+            let mut psi = ShapeFunctions::default();
+            self.approximation.evaluate_values(&padded(&points[point]), scratch, &mut psi)?;
+            Ok(lifted(psi))
+        })
     }
 
     fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<3>, ApproximationError> {
@@ -200,17 +202,14 @@ impl<const D: usize> BodyView for DiscreteBody<D> {
     }
 
     fn particle_displacements(&self, state: &State) -> Result<Vec<Point<3>>, Error> {
-        Ok(all_padded(&DiscreteBody::particle_displacements(self, state)?))
+        let (mut scratch, mut psi) = (Scratch::default(), ShapeFunctions::default());
+        let mut displacements = Vec::with_capacity(self.nodes.len());
+        for particle in 0..self.nodes.len() {
+            self.approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
+            displacements.push(padded(&self.weighted(&psi, state)));
+        }
+        Ok(displacements)
     }
-}
-
-/// Points of one dimension as those of another.
-pub(super) fn all_padded<const D: usize, const N: usize>(points: &[Point<D>]) -> Vec<Point<N>> {
-    let mut all = Vec::with_capacity(points.len());
-    for point in points {
-        all.push(padded(point));
-    }
-    all
 }
 
 fn lifted<const D: usize>(psi: ShapeFunctions<D>) -> ShapeFunctions<3> {
@@ -218,15 +217,42 @@ fn lifted<const D: usize>(psi: ShapeFunctions<D>) -> ShapeFunctions<3> {
     ShapeFunctions { nodes: psi.nodes, values: psi.values, gradients, rcond: psi.rcond }
 }
 
-fn all_lifted<const D: usize>(functions: Vec<ShapeFunctions<D>>) -> Vec<ShapeFunctions<3>> {
-    let mut all = Vec::with_capacity(functions.len());
-    for psi in functions {
-        all.push(lifted(psi));
-    }
-    all
-}
-
 impl dyn BodyView + '_ {
+    /// Values of its functions at points.
+    pub(crate) fn values_at(&self, points: &[Point<3>]) -> Result<Vec<ShapeFunctions<3>>, Error> {
+        Ok(self.each_at(points).into_iter().collect::<Result<_, _>>()?)
+    }
+
+    /// Values of its functions at points of faces, each with what makes it of particles: points of a plane face that a curved body
+    /// does not reach, in a bore say, move as these particles do.
+    pub(super) fn values_on(
+        &self,
+        points: &[Point<3>],
+        weights: &[Vec<(usize, f64)>],
+    ) -> Result<Vec<ShapeFunctions<3>>, Error> {
+        let mut all = Vec::with_capacity(points.len());
+        for (found, weights) in self.each_at(points).into_iter().zip(weights) {
+            all.push(match found {
+                Err(ApproximationError::Outside { .. }) => self.joined(weights)?,
+                found => found?,
+            });
+        }
+        Ok(all)
+    }
+
+    /// The functions of several particles, weighted.
+    fn joined(&self, weights: &[(usize, f64)]) -> Result<ShapeFunctions<3>, ApproximationError> {
+        let mut sum: BTreeMap<u32, f64> = BTreeMap::new();
+        for &(particle, weight) in weights {
+            let psi = self.values_at_node(particle)?;
+            for (node, value) in psi.nodes.iter().zip(&psi.values) {
+                *sum.entry(*node).or_default() += weight * value;
+            }
+        }
+        let (nodes, values) = sum.into_iter().unzip();
+        Ok(ShapeFunctions { nodes, values, rcond: 1.0, ..ShapeFunctions::default() })
+    }
+
     /// $\sum_I \Psi_I d_I$.
     pub(super) fn weighted(&self, psi: &ShapeFunctions<3>, state: &State) -> Point<3> {
         let (dim, first) = (self.dim(), self.nodes().start);
@@ -341,12 +367,30 @@ impl ProblemView<'_> {
     }
 
     /// Displacements at all particles.
-    pub(super) fn particle_displacements(&self, state: &State) -> Result<Vec<Point<3>>, Error> {
+    pub(crate) fn particle_displacements(&self, state: &State) -> Result<Vec<Point<3>>, Error> {
         let mut all = Vec::with_capacity(self.model.node_count());
         for body in &self.bodies {
             all.append(&mut body.particle_displacements(state)?);
         }
         Ok(all)
+    }
+
+    /// Deformation gradients at the points of the bodies' tables.
+    pub(crate) fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
+        let mut all = Vec::new();
+        for body in &self.bodies {
+            all.extend((0..body.weights().len()).map(|point| body.deformation_gradient(point, &state.displacement)));
+        }
+        all
+    }
+
+    /// Pressures at the points of the bodies' tables; none where a law tells none.
+    pub(crate) fn pressures(&self, state: &State) -> Option<Vec<f64>> {
+        let mut all = Vec::new();
+        for (number, body) in self.bodies.iter().enumerate() {
+            all.append(&mut body.pressures(state.view(number)?)?);
+        }
+        Some(all)
     }
 
     /// Cauchy stresses at the points of the bodies' tables.
