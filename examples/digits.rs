@@ -174,12 +174,12 @@ fn run(digits: &mut Digits, name: &str, out: &FilePath) -> Result<(), Box<dyn Er
 fn main() -> Result<(), Box<dyn Error>> {
     let mut digits = Digits { summary: Summary::new(), states: Table::new(["scene", "hash"]) };
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    if let [flag, name] = &arguments[..] {
-        if flag == "--scene" {
-            run(&mut digits, name, &std::env::temp_dir())?;
-            print!("{}", digits.summary);
-            return Ok(());
-        }
+    if let [flag, name] = &arguments[..]
+        && flag == "--scene"
+    {
+        run(&mut digits, name, &std::env::temp_dir())?;
+        print!("{}", digits.summary);
+        return Ok(());
     }
     let out = support::out_dir("digits");
     for name in ["tube", "disk", "cook", "cube", "ring", "press_fit", "relaxation", "resume"] {

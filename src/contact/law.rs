@@ -271,7 +271,8 @@ impl Touch {
         }
     }
 
-    /// The part of a step after which a trace function that does not touch has gone too far in, or further than where it is inside already.
+    /// The part of a step after which a trace function has gone too far in, or further than where it is inside already. An iteration brings
+    /// one that touches out; a predicted step may take it through what is opposite.
     pub(super) fn farthest(&self, change: f64) -> f64 {
         let most = self.gap.max(0.0) + TOO_FAR * self.width;
         if change < -most { most / -change } else { 1.0 }

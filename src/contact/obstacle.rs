@@ -479,7 +479,7 @@ impl Term for RigidContact {
         }
         let change = change / trace.area;
         touch.advance(change, &moved, condensed_step);
-        if touch.is_active() { 1.0 } else { touch.farthest(change) }
+        touch.farthest(change)
     }
 
     fn layout(&self) -> Layout {

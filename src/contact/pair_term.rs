@@ -186,9 +186,9 @@ impl PairContact {
             let change = self.change(&pieces, &now.state, touch.gap, moves) / touch.gap_area;
             let moved = now.slip(trace).map_or_else(Point::zeros, |slip| slip.of(moves));
             touch.advance(change, &moved, condensed_step);
-            return 1.0;
+        } else {
+            touch.advance(0.0, &Point::zeros(), condensed_step);
         }
-        touch.advance(0.0, &Point::zeros(), condensed_step);
         if touch.gap.is_finite() {
             // An overlap that grows changes the mean gap, but takes nothing further in.
             return touch.farthest(self.opening(&pieces, moves) / touch.gap_area);
