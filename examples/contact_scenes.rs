@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release --example contact_scenes [-- --scenes N] [--seed S] [--refined N] [--out DIR]` prints a table and writes
 //! `scenes.csv` with a row for each scene, and `summary.csv` with the rows `scenes`, `completed`, `doubtful` (reached the end in a state
-//! that is no answer), `told` (completed with a doubt that says how far the contact may be off), `folded` (completed with a point that has lost more than 0.6 of its volume), `completed_unstable`,
-//! `iterations_median`, `iterations_total`. With `--refined N` as many scenes of all kinds run again with half and a quarter of the
+//! that is no answer), `told` (completed with a doubt by `Problem::verdict`), `folded` (completed with a point that has lost more than 0.6 of
+//! its volume), `completed_unstable`, `iterations_median`, `iterations_total`. With `--refined N` as many scenes of all kinds run again with half and a quarter of the
 //! spacing; `wrong` of them, of `compared`, are completed without a doubt and more than 12 % off in the energy, or half the spacing is
 //! farther from the finest model than the whole one, by more than 1 %. A fifth of the scenes is in 3D; a scene whose rigid surface is drawn into the body
 //! resolves the overlap first.
@@ -58,7 +58,7 @@ struct Found {
     reached: bool,
     /// Why there is no answer.
     why: String,
-    /// Whether the last state has a doubt.
+    /// Whether the verdict has a doubt.
     told: bool,
 }
 
@@ -88,8 +88,13 @@ fn run<const D: usize>(
         Err(rkpm::Error::Contact(_)) => scene(true).discretize(&scheme),
         other => other,
     };
-    let path = match problem.and_then(|problem| problem.run()) {
-        Ok(path) => path,
+    let run = |problem: Problem<D>| {
+        let path = problem.run()?;
+        let told = !problem.verdict(&path)?.is_empty();
+        Ok((path, told))
+    };
+    let (path, told) = match problem.and_then(run) {
+        Ok(found) => found,
         Err(error) => return Found { why: error.to_string(), ..none },
     };
     let last = path.steps.last();
@@ -99,7 +104,7 @@ fn run<const D: usize>(
         unstable: last.and_then(|step| step.unstable).unwrap_or(0),
         smallest: last.and_then(|step| step.diagnostics.jacobians).map_or(1.0, |[low, _]| low),
         energy: last.map_or(f64::NAN, |step| step.energy),
-        told: last.is_some_and(|step| !step.doubts.is_empty()),
+        told,
         reached: path.ending == Ending::Completed,
         why: path.completed().err().map_or_else(String::new, |none| none.to_string()),
         ..none

@@ -316,3 +316,30 @@ fn faces_in_contact_are_not_bonded() {
     assert_abs_diff_eq!(jumps[..], [0.2; 3][..], epsilon = 1e-6);
     assert_abs_diff_eq!(force, 0.0, epsilon = 1e-6);
 }
+
+/// A block that comes to touch in a first step and is pressed in a second one, which is predicted from the first: the prediction ends at
+/// the surface, however fine the particles. It went through, and the run completed with no contact.
+#[test]
+fn predicted_steps_do_not_go_through_what_touches() {
+    let square = |at: [f64; 2], width: f64, names: [&str; 2]| {
+        let outline = Outline::at(at).line(names[0], [at[0] + width, at[1]]).line("side", [at[0] + width, at[1] + 0.5]);
+        Region::new(outline.line(names[1], [at[0], at[1] + 0.5]).close("side")).unwrap()
+    };
+    let material = || Rubber::neo_hookean(0.5, 100.0).unwrap();
+    let energy = |spacing: f64, predict: bool| {
+        let stepping = Stepping { first: 0.5, largest: 0.5, predict, ..Stepping::default() };
+        let scene = Scene::assembly(PlaneStrain)
+            .body("lower", square([0.0, 0.0], 2.0, ["base", "face"]), material())
+            .body("upper", square([0.75, 0.58], 0.5, ["other", "roof"]), material())
+            .hold("base")
+            .with(Condition::on("roof").displacement([0.0, -0.17]))
+            .contact_between("face", "other", "joint");
+        let (problem, path) = solved(&scene, &Scheme::default().spacing(spacing).stepping(stepping));
+        problem.energy(path.last()).unwrap()
+    };
+    for spacing in [0.06, 0.03] {
+        let [predicted, plain] = [true, false].map(|predict| energy(spacing, predict));
+        assert!(plain > 0.003, "{plain}");
+        assert_relative_eq!(predicted, plain, max_relative = 1e-8);
+    }
+}
