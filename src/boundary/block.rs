@@ -169,6 +169,8 @@ pub(super) fn columns(numbering: &Numbering, pattern: &Pattern, blocks: &mut [Bl
     for block in blocks {
         block.coupled.sort_unstable();
         block.coupled.dedup();
+        block.coupled.shrink_to_fit();
+        block.between.shrink_to_fit();
         for [row, column] in block.pairs() {
             columns[column].push(row as u32);
         }

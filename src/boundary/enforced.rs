@@ -8,7 +8,8 @@ use crate::error::BoundaryError;
 /// $$\begin{bmatrix}T^T K\\,T + G^T P\\,G & G^T\\ G & 0\end{bmatrix}
 ///   \begin{bmatrix}\delta q\\ \mu\end{bmatrix} = \begin{bmatrix}-T^T(r + K V\gamma) + G^T P\gamma\\ \gamma\end{bmatrix},
 ///   \qquad \gamma = g - G d,$$
-/// where $G$ are the equations that are not eliminated, over unknowns that others do not express.
+/// where $V$ takes $\gamma$ of the equations that are eliminated; elsewhere $G$ and $\gamma$ are those of the others, over unknowns that
+/// others do not express.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Enforced {
     /// The rows of $T$ and $V$ that are not those of the identity: $d_k = q_k$ for all other unknowns.

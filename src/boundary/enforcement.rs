@@ -16,7 +16,7 @@ use super::enforced::Enforced;
 /// use rkpm::boundary::{Constraints, Enforced, Enforcement};
 /// use rkpm::error::BoundaryError;
 /// use rkpm::prelude::{Block, PlaneStrain, Rubber, Scene, Scheme, Side};
-/// /// ½ p (c·d − g)² for each constraint equation.
+/// /// ½ p k (c·d − g)² for each constraint equation: k the largest entry of the stiffness, c and g over the largest coefficient.
 /// struct Penalty(f64);
 /// impl Enforcement for Penalty {
 ///     fn bind(&self, _: &Pattern, equations: &Constraints) -> Result<Enforced, BoundaryError> {

@@ -9,7 +9,7 @@ use super::enforced::Enforced;
 use super::numbering::Numbering;
 use super::{Constraints, check_unknowns};
 
-/// The equations of a model under enforced constraint equations: it reduces the full system and recovers full increments.
+/// The equations of a model under enforced constraint equations: they reduce the full system.
 pub struct Reduction {
     pub(crate) pattern: Pattern,
     numbering: Numbering,

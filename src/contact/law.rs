@@ -21,7 +21,7 @@ const PROXIMAL_SHEAR: f64 = 1e4;
 const PROXIMAL_BULK: f64 = 1e2;
 /// Roundings of a coordinate that a mean gap may be off by.
 const ROUNDED: f64 = 4.0;
-/// Part of its width that a trace function may go too far in one iteration where it comes to touch.
+/// Part of its width that a trace function may go too far in one iteration.
 const TOO_FAR: f64 = 0.5;
 
 impl Stiffness {

@@ -119,8 +119,8 @@ impl Analysis {
         Ok(Equilibrium::bound(model, equations, assembler, (reduction, solver), self.stepping.smallest))
     }
 
-    /// A solver of its own for bound conditions: orders the unknowns, renumbers them, and has the solver look at their
-    /// pattern.
+    /// A solver of its own for bound conditions: orders the unknowns, renumbers them for direct solvers, and has the solver
+    /// look at their pattern.
     ///
     /// The orders are those that were measured to be fastest: a band for small bodies in the plane, minimum degree for
     /// larger ones, nested dissection in space. Multipliers, which have no place in the full vector, follow the last

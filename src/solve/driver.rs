@@ -62,7 +62,9 @@ impl Equilibrium<'_> {
         let step: Vec<f64> =
             state.displacement.iter().zip(&before.displacement).map(|(now, then)| ratio * (now - then)).collect();
         let mut unused: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
-        let factor = self.model.at_own(state).advance_own(&step, &mut unused);
+        // Surfaces move with the load: how far in a step leads shows where they come to.
+        predicted.load += ratio * (state.load - before.load);
+        let factor = self.model.at_own(&predicted).advance_own(&step, &mut unused);
         for (d, s) in predicted.displacement.iter_mut().zip(&step) {
             *d += factor * s;
         }
@@ -73,7 +75,7 @@ impl Equilibrium<'_> {
                 *l += factor * ratio * (now - then);
             }
         }
-        predicted.load += factor * ratio * (state.load - before.load);
+        predicted.load = state.load + factor * ratio * (state.load - before.load);
         predicted
     }
 }

@@ -93,7 +93,8 @@ impl<const D: usize> Frame<D> {
     fn entries(&self, rounding: f64, value: impl Fn(usize, usize) -> f64) -> Vec<(usize, f64)> {
         let all = (0..=D).flat_map(|k| (0..D).map(move |i| (k, i)));
         let entry = |(k, i)| ((self.first + k) * D + i, value(k, i));
-        all.map(entry).filter(|entry| entry.1.abs() > rounding).collect()
+        // A number that is none is kept, and refused with its equation.
+        all.map(entry).filter(|entry| !(entry.1.abs() <= rounding)).collect()
     }
 
     /// $F - 1$ of the frame.

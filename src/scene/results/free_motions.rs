@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use super::view::{BodyView, ProblemView};
 use crate::assembly::{Model, StateRef};
-use crate::geometry::{Disjoint, Point, RigidMode, padded};
+use crate::geometry::{Disjoint, Point, RigidMode};
 use crate::linear::vector::dot;
 use crate::scene::Problem;
 
@@ -61,8 +61,8 @@ pub(crate) fn free_motions<const D: usize>(problem: &Problem<D>, friction: bool)
             contacts.barred.push(Barred {
                 particle: trace.particle as usize,
                 other: other.map(|other| other.particle as usize),
-                at: padded(x),
-                direction: padded(direction),
+                at: *x,
+                direction: *direction,
             });
         });
     }

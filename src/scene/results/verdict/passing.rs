@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use crate::contact::RigidContact;
 use crate::error::{Doubt, DoubtCause};
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point};
 use crate::scene::Problem;
 use crate::scene::results::view::ProblemView;
 use crate::solve::State;
@@ -106,8 +106,8 @@ fn through_rigid<const D: usize>(problem: &Problem<D>, state: &State, points: &[
         let deepest = points
             .iter()
             .filter(|point| !point.owners.iter().any(|node| declared.contains(node)))
-            .filter(|point| rest.nearest(&*law.surface.shape, &padded(&point.reference)).gap > 0.0)
-            .map(|point| (-now.nearest(&*law.surface.shape, &padded(&point.current)).gap, point))
+            .filter(|point| rest.nearest(&*law.surface.shape, &point.reference).gap > 0.0)
+            .map(|point| (-now.nearest(&*law.surface.shape, &point.current).gap, point))
             .filter(|(depth, point)| *depth > DEPTH * point.spacing)
             .max_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((depth, point)) = deepest {
