@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use crate::contact::RigidContact;
 use crate::error::{Doubt, DoubtCause};
-use crate::geometry::{Point};
+use crate::geometry::Point;
 use crate::scene::Problem;
 use crate::scene::results::view::ProblemView;
 use crate::solve::State;
