@@ -8,10 +8,14 @@ const CYCLING_ITERATIONS: usize = 3;
 const PATIENCE: usize = 3;
 /// The first shift, relative to the median of the diagonal.
 const SHIFT: f64 = 1e-3;
-/// Factor by which a shift grows that does not suffice; it falls by the root of it after each iteration.
+/// Factor by which a shift grows that does not suffice.
 const GROWTH: f64 = 10.0;
 /// A smaller shift is dropped.
 const LEAST: f64 = 1e-6;
+/// Factor by which the shift falls after each iteration with it.
+const THINNER: f64 = 0.3;
+/// An increment is shorter than another one below this part of it.
+const PROGRESS: f64 = 0.95;
 /// The least part of a step that is taken.
 const LEAST_PART: f64 = 0.1;
 
@@ -98,12 +102,12 @@ impl ActiveSetCycling {
         let length = norm(step);
         let mut begins = false;
         if self.shift > 0.0 {
-            self.shift /= GROWTH.sqrt();
+            self.shift *= THINNER;
             if self.shift < LEAST {
                 self.shift = 0.0;
             }
             (self.shortest, self.idle) = (f64::INFINITY, 0);
-        } else if length < self.shortest {
+        } else if length < PROGRESS * self.shortest {
             (self.shortest, self.idle) = (length, 0);
         } else {
             self.idle += 1;
