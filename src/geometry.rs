@@ -45,7 +45,7 @@ pub(crate) fn padded<const D: usize, const N: usize>(x: &Point<D>) -> Point<N> {
     all
 }
 
-/// The same of many.
+/// Several places, each padded with zeros or cut.
 #[cfg(feature = "solve")]
 pub(crate) fn all_padded<const D: usize, const N: usize>(points: &[Point<D>]) -> Vec<Point<N>> {
     let mut all = Vec::with_capacity(points.len());
@@ -53,6 +53,18 @@ pub(crate) fn all_padded<const D: usize, const N: usize>(points: &[Point<D>]) ->
         all.push(padded(point));
     }
     all
+}
+
+/// A vector with three components, the others zero.
+#[cfg(feature = "solve")]
+pub(crate) fn vector<const D: usize>(components: &[f64; D]) -> Point<3> {
+    padded(&Point::from(*components))
+}
+
+/// The first components of a place: as many as there are dimensions.
+#[cfg(feature = "solve")]
+pub(crate) fn cut(at: &Point<3>, dim: usize) -> Vec<f64> {
+    at.as_slice()[..dim].to_vec()
 }
 
 /// One end of an axis.

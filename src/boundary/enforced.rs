@@ -16,7 +16,7 @@ pub struct Enforced {
     pub eliminated: Vec<Eliminated>,
     /// Whether the equations that are not eliminated have multipliers.
     pub multipliers: bool,
-    /// $P$, for each equation that is not eliminated (what it says of others is not looked at), in terms of the largest entry of $K$ and for
+    /// $P$, for each equation (entries of eliminated ones are ignored), in terms of the largest entry of $K$ and for
     /// equations divided by their largest coefficients: a penalty, or with multipliers an augmentation that does not change the solution.
     /// None where it is empty.
     pub penalty: Vec<f64>,

@@ -68,12 +68,10 @@ impl Enforcement for MixedTransformation {
     }
 }
 
-/// Lagrange multipliers (4.5)–(4.19): the saddle point system (4.11),
-/// $$\begin{bmatrix}K + G^T R\\,G & G^T\\ G & 0\end{bmatrix}
-///   \begin{bmatrix}\delta d\\ \mu\end{bmatrix} = \begin{bmatrix}-r + G^T R\\,\gamma\\ \gamma\end{bmatrix},
-///   \qquad \gamma = g - G d,$$
-/// eliminated with each multiplier right after the last unknown of its constraint equation. The augmentation $G^T R\\,G$ does not
-/// change the solution; it makes the block of the unknowns regular where the constraint equations alone support the body.
+/// Lagrange multipliers (4.5)–(4.19): the saddle point system (4.11), which is that of [`Enforced`] with nothing eliminated and $P = 1$.
+///
+/// Each multiplier is eliminated right after the last unknown of its constraint equation. The augmentation $G^T P\\,G$ does not change the
+/// solution; it makes the block of the unknowns regular where the constraint equations alone support the body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LagrangeMultipliers;
 

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::cells::{BoundaryCells, CORNER};
 use crate::error::Error;
-use crate::geometry::Point;
+use crate::geometry::{Point, cut};
 use crate::table::ShapeTable;
 use crate::tensor::cofactor;
 
@@ -197,6 +197,6 @@ impl ContactSurface {
 
     /// The coordinates of a place, as many as the body has.
     pub(crate) fn coordinates(&self, place: &Point<3>) -> Vec<f64> {
-        place.as_slice()[..self.table.dim].to_vec()
+        cut(place, self.table.dim)
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use crate::compiled::by_dim;
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point, all_padded};
 use crate::simd::Plain;
 use crate::table::{Clusters, ShapeTable, displacement_gradient};
 
@@ -38,8 +38,8 @@ impl FaceTable {
         FaceTable {
             dim: D,
             node_count: table.node_count(),
-            positions: table.positions().iter().map(padded).collect(),
-            normals: table.normals().iter().map(padded).collect(),
+            positions: all_padded(table.positions()),
+            normals: all_padded(table.normals()),
             weights: table.weights().to_vec(),
             clusters: table.clusters().clone(),
             first,

@@ -44,5 +44,5 @@ pub(crate) use law::{ContactLaw, Stiffness};
 pub(crate) use neutral::RollingSpring;
 pub(crate) use obstacle::RigidContact;
 pub(crate) use pair::PairContact;
-pub(crate) use rigid::{Drive, Obstacle, vector};
+pub(crate) use rigid::{Drive, Obstacle};
 pub(crate) use rigid_dof::{ArtificialSpring, RigidBodyDof};

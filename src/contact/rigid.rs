@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use crate::error::{Error, GeometryError, Invalid};
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point, vector};
 use crate::mesh::Mesh;
 use crate::solid::Solid3;
 use crate::term::Amplitude;
@@ -63,11 +63,6 @@ pub(crate) struct Placed {
     pub turned: Option<Turned>,
 }
 
-/// Components as a vector of three.
-pub(crate) fn vector<const D: usize>(components: [f64; D]) -> Point<3> {
-    padded(&Point::from(components))
-}
-
 impl<const D: usize> RigidSurface<D> {
     /// A surface of any shape that stays where it is.
     pub fn new(shape: impl Surface<D> + 'static) -> Self {
@@ -106,14 +101,14 @@ impl<const D: usize> RigidSurface<D> {
 
     /// Moves by a vector \[length\] times an amplitude.
     pub fn moving_along(mut self, by: [f64; D], amplitude: Amplitude) -> Self {
-        self.0.drive(Drive { along: vector(by), force: None, amplitude });
+        self.0.drive(Drive { along: vector(&by), force: None, amplitude });
         self
     }
 
     /// Is pushed by a force that grows with the load factor \[force; per unit thickness in plane strain\]: free to move along it,
     /// guided across.
     pub fn pushed(mut self, force: [f64; D]) -> Self {
-        let force = vector(force);
+        let force = vector(&force);
         let size = force.norm();
         self.0.drive(Drive { along: force / size, force: Some(size), amplitude: Amplitude::Ramp });
         self
@@ -334,14 +329,14 @@ impl RigidSurface<3> {
 impl RigidSurface<2> {
     /// Turns about a point, which moves with the surface, by an angle \[rad\], counter-clockwise, while the load factor goes from 0 to 1.
     pub fn turning(mut self, about: [f64; 2], angle: f64) -> Self {
-        self.0.turn(vector(about), Vector3::z(), angle, false);
+        self.0.turn(vector(&about), Vector3::z(), angle, false);
         self
     }
 
     /// Is free to turn about a point, which moves with the surface, under a moment that grows with the load factor \[force·length per
     /// unit thickness\]; without one it tilts until its moment vanishes.
     pub fn driven(mut self, about: [f64; 2], moment: f64) -> Self {
-        self.0.turn(vector(about), Vector3::z(), moment, true);
+        self.0.turn(vector(&about), Vector3::z(), moment, true);
         self
     }
 }

@@ -62,7 +62,7 @@ impl Equilibrium<'_> {
         let step: Vec<f64> =
             state.displacement.iter().zip(&before.displacement).map(|(now, then)| ratio * (now - then)).collect();
         let mut unused: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
-        // Surfaces move with the load: how far in a step leads shows where they come to.
+        // Rigid surfaces move with the load: how far in a step leads is judged at the load that is predicted.
         predicted.load += ratio * (state.load - before.load);
         let factor = self.model.at_own(&predicted).advance_own(&step, &mut unused);
         for (d, s) in predicted.displacement.iter_mut().zip(&step) {

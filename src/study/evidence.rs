@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector, Matrix3, SVector};
 
 use crate::error::Error;
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point, all_padded};
 use crate::material::{Material, Past};
 use crate::neighbours::BoxTree;
 use crate::scene::{BodyView, DiscreteBody, Problem, coefficients, values};
@@ -239,7 +239,7 @@ impl<'a, const D: usize> Carry<'a, D> {
         let to = &to.discrete_bodies()[number];
         let number = from.discrete_bodies().iter().position(|other| other.name() == to.name()).unwrap_or(0);
         let from = &from.discrete_bodies()[number];
-        let particles: Vec<Point<3>> = to.cells().positions().iter().map(padded).collect();
+        let particles: Vec<Point<3>> = all_padded(to.cells().positions());
         let bodies: [&dyn BodyView; 2] = [from, to];
         let (given, own) = (bodies[0].values_at(&particles)?, bodies[1].values_at(&particles)?);
         let given = given.into_iter().map(|psi| psi.shifted(from.nodes().start)).collect();

@@ -317,8 +317,8 @@ fn faces_in_contact_are_not_bonded() {
     assert_abs_diff_eq!(force, 0.0, epsilon = 1e-6);
 }
 
-/// A block that comes to touch in a first step and is pressed in a second one, which is predicted from the first: the prediction ends at
-/// the surface, however fine the particles. It went through, and the run completed with no contact.
+/// A block that comes to touch in a first step and is pressed in a second one, which is predicted from the first: however fine the
+/// particles, the prediction ends before it leaves the depth in which opposite facets are looked for.
 #[test]
 fn predicted_steps_do_not_go_through_what_touches() {
     let square = |at: [f64; 2], width: f64, names: [&str; 2]| {

@@ -118,7 +118,7 @@ impl<const D: usize> Scene<D> {
         for pair in &self.unbonded {
             asked.extend([&*pair[0], &*pair[1]]);
         }
-        Ok(names(&own, &self.rigid_names(), &asked)?)
+        Ok(check_body_names(&own, &self.rigid_names(), &asked)?)
     }
 
     /// The places of conditions, then those of loads.
@@ -188,7 +188,7 @@ fn bodies_at(
 }
 
 /// Refuses a rigid body with the name of a body, and a body that is asked for and that there is not.
-fn names(own: &[&str], rigid: &[&str], asked: &[&str]) -> Result<(), BoundaryError> {
+fn check_body_names(own: &[&str], rigid: &[&str], asked: &[&str]) -> Result<(), BoundaryError> {
     if let Some(name) = rigid.iter().find(|name| own.contains(name)) {
         return Err(BoundaryError::NamedTwice { name: name.to_string() });
     }

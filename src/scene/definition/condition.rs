@@ -78,13 +78,12 @@ fn across<const D: usize>(x: &Point<D>, centre: &[f64; D], axis: &[f64; 3]) -> [
 
 impl<const D: usize> fmt::Display for Direction<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let of: &dyn fmt::Debug = match self {
-            Direction::Component(component) => return write!(f, "u_{component}"),
-            Direction::Along(vector) => vector,
-            Direction::Normal => return f.write_str("u along the normal"),
-            Direction::Field(_) => return f.write_str("u along a field of directions"),
-        };
-        write!(f, "u along {of:?}")
+        match self {
+            Direction::Component(component) => write!(f, "u_{component}"),
+            Direction::Along(vector) => write!(f, "u along {vector:?}"),
+            Direction::Normal => f.write_str("u along the normal"),
+            Direction::Field(_) => f.write_str("u along a field of directions"),
+        }
     }
 }
 

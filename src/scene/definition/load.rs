@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::SolveError;
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point, padded, vector};
 use crate::material::{Material, Past};
 use crate::term::{Amplitude, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity};
 
@@ -229,7 +229,7 @@ impl<const D: usize> Integrand for Varying<Value<D, [f64; D]>> {
     }
 
     fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
-        let [force, slope] = self.with_slope(at, pad);
+        let [force, slope] = self.with_slope(at, vector);
         (flux.force, flux.force_by_load) = (-force, -slope);
     }
 
@@ -238,7 +238,7 @@ impl<const D: usize> Integrand for Varying<Value<D, [f64; D]>> {
     }
 
     fn amplitudes(&self, at: &Vector3<f64>) -> Vec<Amplitude> {
-        self.followed(at, pad)
+        self.followed(at, vector)
     }
 }
 
@@ -412,9 +412,5 @@ fn on_sheet(load: &dyn Integrand, thick: &dyn Fn(&Matrix3<f64>) -> f64, at: &Poi
 
 /// A dead load that is the same everywhere.
 pub(crate) fn dead<const D: usize>(force: &[f64; D], amplitude: &Amplitude) -> DeadLoad {
-    DeadLoad { force: pad(force), amplitude: amplitude.clone() }
-}
-
-fn pad<const D: usize>(v: &[f64; D]) -> Vector3<f64> {
-    padded::<D, 3>(&(*v).into())
+    DeadLoad { force: vector(force), amplitude: amplitude.clone() }
 }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::cells::Cells;
-use crate::contact::{Drive, vector};
-use crate::geometry::{Domain, Part};
+use crate::contact::Drive;
+use crate::geometry::{Domain, Part, vector};
 use crate::kinematics::Kinematics;
 use crate::material::Material;
 use crate::term::Amplitude;
@@ -185,7 +185,7 @@ impl<const D: usize> Scene<D> {
     pub fn move_on(mut self, name: &str, by: [f64; D]) -> Self {
         match self.contacts.iter_mut().find(|contact| contact.surface.name == name) {
             Some(contact) => {
-                contact.surface.drive(Drive { along: vector(by), force: None, amplitude: Amplitude::Ramp });
+                contact.surface.drive(Drive { along: vector(&by), force: None, amplitude: Amplitude::Ramp });
             }
             None => self.absent.push(name.to_string()),
         }

@@ -35,7 +35,7 @@ enum Kind {
 impl<const D: usize> Scene<D> {
     /// Refuses conditions and loads that no scheme could serve.
     pub(crate) fn validate(&self) -> Result<(), Error> {
-        names(&all_names(self))?;
+        check_names(&all_names(self))?;
         self.validate_bodies()?;
         if let Some(name) = self.absent.first() {
             return Err(BoundaryError::UnknownCondition { requested: name.clone(), known: known(self) }.into());
@@ -207,7 +207,7 @@ fn ask<'a, const D: usize>(parts: &mut Vec<(&'static str, &'a str)>, place: &'a 
 }
 
 /// Refuses empty names.
-fn names(all: &[(&'static str, &str)]) -> Result<(), BoundaryError> {
+fn check_names(all: &[(&'static str, &str)]) -> Result<(), BoundaryError> {
     match all.iter().find(|(_, name)| name.trim().is_empty()) {
         Some(&(what, _)) => Err(BoundaryError::Nameless { what }),
         None => Ok(()),

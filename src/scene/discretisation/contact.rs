@@ -9,7 +9,7 @@ use crate::contact::{
     ArtificialSpring, ContactError, ContactLaw, ContactSurface, PairContact, RigidBodyDof, RigidContact, Stiffness,
 };
 use crate::error::{Error, Incompatible};
-use crate::geometry::{Point, RigidMode, padded};
+use crate::geometry::{Point, RigidMode, all_padded};
 use crate::material::Material;
 use crate::shape::FiniteElements;
 use crate::table::ShapeTable;
@@ -126,7 +126,7 @@ fn pair<const D: usize>(
         faces.push(facets_of(second, label, contact_surfaces, None)?);
     }
     let law = ContactLaw::new(D, stiffness, contact_pair.friction, contact_pair.interference);
-    let positions: Vec<Point<3>> = positions.iter().map(padded).collect();
+    let positions: Vec<Point<3>> = all_padded(positions);
     let (law, swapped) = between(faces, &positions, &law, &label)?;
     let deepest = law.deepest_at_rest(model.unknowns());
     starts_right(deepest, &law.contact_surfaces[0], law.law.interference.is_some(), label)?;

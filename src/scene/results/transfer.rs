@@ -2,15 +2,15 @@
 
 use crate::compiled::compiled;
 use crate::error::{ApproximationError, Error};
+use crate::geometry::cut;
 use crate::linear::vector::{dot, norm};
 use crate::neighbours::BoxTree;
+use crate::scene::Problem;
 use crate::shape::ShapeFunctions;
 use crate::solve::State;
-
 use crate::term::parted_mut;
 
 use super::view::BodyView;
-use crate::scene::Problem;
 
 /// Sweeps at most that make coefficients of values at particles.
 const SWEEPS: usize = 50;
@@ -103,7 +103,7 @@ fn carried(body: &dyn BodyView, other: &dyn BodyView, state: &State) -> Result<V
     for particle in 0..body.nodes().len() {
         let x = body.particle(particle);
         if !other.holds(&x) {
-            return Err(ApproximationError::Outside { at: x.as_slice()[..dim].to_vec() }.into());
+            return Err(ApproximationError::Outside { at: cut(&x, dim) }.into());
         }
         positions.push(x);
     }

@@ -8,7 +8,7 @@ use nalgebra::Matrix3;
 use crate::assembly::{Model, Ranks};
 use crate::boundary::Constraints;
 use crate::error::{ApproximationError, Error};
-use crate::geometry::{Point, all_padded, padded};
+use crate::geometry::{Point, all_padded, cut, padded};
 use crate::material::Material;
 use crate::parallel::map_with;
 use crate::scene::Problem;
@@ -29,6 +29,17 @@ pub(crate) struct SurfaceRule {
     pub weights: Vec<f64>,
     /// The particles whose equations over the surface would prescribe each point, where there are trace functions.
     pub traces: Option<Traces>,
+}
+
+impl SurfaceRule {
+    /// Particles of the body whose functions act at a point, by trace functions where there are some.
+    pub(super) fn owners(&self, point: usize, psi: &ShapeFunctions<3>) -> Vec<usize> {
+        if let Some(traces) = &self.traces {
+            return traces[point].iter().map(|&(node, _)| node as usize).collect();
+        }
+        let seen = psi.nodes.iter().zip(&psi.values).filter(|(_, value)| value.abs() > 1e-9);
+        seen.map(|(&node, _)| node as usize).collect()
+    }
 }
 
 /// What results ask of a body. Places and vectors have three components, of which those beyond its dimension are zero; nodes of functions
@@ -265,6 +276,29 @@ impl dyn BodyView + '_ {
         u
     }
 
+    /// The displacement $u$ and the deformation gradient $F$ at a point, whose functions are given, from the coefficients of the body.
+    pub(super) fn moved(
+        &self,
+        at: &Point<3>,
+        psi: &ShapeFunctions<3>,
+        coefficients: &[f64],
+    ) -> (Point<3>, Matrix3<f64>) {
+        let (dim, mut u, mut f) = (self.dim(), Point::zeros(), Matrix3::identity());
+        for (&node, (value, gradient)) in psi.nodes.iter().zip(psi.values.iter().zip(&psi.gradients)) {
+            let d = &coefficients[node as usize * dim..][..dim];
+            for i in 0..dim {
+                u[i] += value * d[i];
+                for j in 0..dim {
+                    f[(i, j)] += d[i] * gradient[j];
+                }
+            }
+            for &k in self.hoops() {
+                f[(k, k)] += d[0] * value / at[0];
+            }
+        }
+        (u, f)
+    }
+
     /// The largest coordinate of its particles.
     pub(super) fn size(&self) -> f64 {
         (0..self.nodes().len()).fold(0.0, |largest: f64, particle| largest.max(self.particle(particle).amax()))
@@ -421,6 +455,6 @@ impl ProblemView<'_> {
 
     /// A place as long as the problem has dimensions.
     pub(super) fn cut(&self, at: &Point<3>) -> Vec<f64> {
-        at.as_slice()[..self.dim].to_vec()
+        cut(at, self.dim)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use crate::error::Error;
 use crate::geometry::Point;
@@ -141,16 +141,7 @@ impl Recovery<'_> {
                 continue;
             }
             let psi = self.body.functions(x)?;
-            let owners: Vec<usize> = match &points.traces {
-                Some(traces) => traces[point].iter().map(|h| h.0 as usize).collect(),
-                None => psi
-                    .nodes
-                    .iter()
-                    .zip(&psi.values)
-                    .filter(|(_, v)| v.abs() > 1e-9)
-                    .map(|(n, _)| *n as usize)
-                    .collect(),
-            };
+            let owners = points.owners(point, &psi);
             // What acts within contacts, and other terms that do not tell their densities, is not known.
             if owners.iter().any(|&node| tied[node]) || owners.iter().all(|&node| self.obscure[node]) {
                 continue;
@@ -159,18 +150,7 @@ impl Recovery<'_> {
             if !known.contains(&true) {
                 continue;
             }
-            let mut f = Matrix3::identity();
-            for (&node, (value, gradient)) in psi.nodes.iter().zip(psi.values.iter().zip(&psi.gradients)) {
-                let d = &self.displacement[node as usize * dim..][..dim];
-                for i in 0..dim {
-                    for j in 0..dim {
-                        f[(i, j)] += d[i] * gradient[j];
-                    }
-                }
-                for &k in hoops {
-                    f[(k, k)] += d[0] * value / x[0];
-                }
-            }
+            let (_, f) = self.body.moved(x, &psi, self.displacement);
             let area = cofactor(&f) * points.normals[point];
             let length = area.norm();
             if !(length > 0.0) {

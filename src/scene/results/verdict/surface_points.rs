@@ -57,30 +57,11 @@ pub(super) fn surface_points(problem: &ProblemView<'_>, state: &State) -> Result
                 continue;
             }
             let psi = body.functions(x)?;
-            let mut f = Matrix3::identity();
-            let mut u = Point::<3>::zeros();
-            for (&node, (value, gradient)) in psi.nodes.iter().zip(psi.values.iter().zip(&psi.gradients)) {
-                let d = &state.displacement[(first + node as usize) * dim..][..dim];
-                for i in 0..dim {
-                    u[i] += value * d[i];
-                    for j in 0..dim {
-                        f[(i, j)] += d[i] * gradient[j];
-                    }
-                }
-                for &k in hoops {
-                    f[(k, k)] += d[0] * value / x[0];
-                }
-            }
+            let (u, f) = body.moved(x, &psi, &state.displacement[first * dim..]);
             let near = |(node, _): &(&u32, &f64)| (body.particle(**node as usize) - x).norm_squared();
             let nearest = psi.nodes.iter().zip(&psi.values).min_by(|a, b| near(a).total_cmp(&near(b)));
             let spacing = nearest.map_or(0.0, |(node, _)| body.spacing(*node as usize));
-            let owners = match &points.traces {
-                Some(traces) => traces[point].iter().map(|&(node, _)| first + node as usize).collect(),
-                None => {
-                    let seen = psi.nodes.iter().zip(&psi.values).filter(|(_, value)| value.abs() > 1e-9);
-                    seen.map(|(&node, _)| first + node as usize).collect()
-                }
-            };
+            let owners = points.owners(point, &psi).into_iter().map(|node| first + node).collect();
             all.push(SurfacePoint {
                 dim,
                 body: number,
