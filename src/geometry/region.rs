@@ -22,6 +22,8 @@ pub struct Region {
     pub(super) chords: Vec<(Point<2>, Point<2>)>,
     /// Centre and squared radius of the arcs of those chords that are not lines.
     circles: Vec<Option<(Point<2>, f64)>>,
+    /// Chords by height, with what lies between them and their arcs: as many bands as chords, from bottom to top.
+    bands: Vec<Vec<u32>>,
 }
 
 /// Default distance of chords from their arc as a part of the region's smaller extent.
@@ -52,6 +54,7 @@ impl Region {
             max: Point::<2>::repeat(f64::NEG_INFINITY),
             chords: Vec::new(),
             circles: Vec::new(),
+            bands: Vec::new(),
         };
         for (index, outline) in std::iter::once(outline).chain(holes).enumerate() {
             let curves = outline.curves()?;
@@ -116,6 +119,15 @@ impl Region {
             }
             ends.push((first, self.chords.len()));
         }
+        self.bands = vec![Vec::new(); self.chords.len()];
+        for (chord, ((a, b), circle)) in (0..).zip(self.chords.iter().zip(&self.circles)) {
+            // A chord spans less than half a circle, so that its arc lies inside the circle around the chord.
+            let reach = 0.5 * if circle.is_some() { (b - a).norm() } else { (b[1] - a[1]).abs() };
+            let middle = 0.5 * (a[1] + b[1]);
+            for band in self.band(middle - reach)..=self.band(middle + reach) {
+                self.bands[band].push(chord);
+            }
+        }
         self.refuse_crossings(&ends)?;
         if !(self.area > 1e-12 * self.extent().powi(2)) {
             return hollow(&self);
@@ -175,29 +187,35 @@ impl Region {
         (self.max - self.min).min()
     }
 
+    /// The band at a height.
+    fn band(&self, height: f64) -> usize {
+        let part = (height - self.min[1]) / (self.max[1] - self.min[1]);
+        ((part * self.bands.len() as f64) as usize).min(self.bands.len() - 1)
+    }
+
     /// Whether a point lies inside, arcs exact.
     pub fn contains(&self, at: &Point<2>) -> bool {
-        // What lies between a chord and its arc is inside of one of them alone. A chord spans less than half a circle, so that
-        // this lies inside the circle around the chord.
-        let between = |((a, b), circle): (&(Point<2>, Point<2>), &Option<(Point<2>, f64)>)| {
-            (at - a).dot(&(at - b)) <= 0.0
-                && circle.is_some_and(|(centre, square)| {
-                    (at - centre).norm_squared() <= square && side(*a, *b, *at) * side(*a, *b, centre) < 0.0
-                })
-        };
-        winds(&self.chords, at) != self.chords.iter().zip(&self.circles).any(between)
+        let mut inside = false;
+        for &chord in &self.bands[self.band(at[1])] {
+            let (a, b) = self.chords[chord as usize];
+            // What lies between a chord and its arc is inside of one of them alone.
+            let between = self.circles[chord as usize].is_some_and(|(centre, square)| {
+                (at - centre).norm_squared() <= square && side(a, b, *at) * side(a, b, centre) < 0.0
+            });
+            inside ^= between ^ is_left(a, b, at);
+        }
+        inside
     }
 }
 
 /// Whether a set of closed polygons winds oddly around a point.
 fn winds(chords: &[(Point<2>, Point<2>)], at: &Point<2>) -> bool {
-    let mut inside = false;
-    for (a, b) in chords {
-        if (a[1] > at[1]) != (b[1] > at[1]) && at[0] < a[0] + (b[0] - a[0]) * (at[1] - a[1]) / (b[1] - a[1]) {
-            inside = !inside;
-        }
-    }
-    inside
+    chords.iter().fold(false, |inside, (a, b)| inside ^ is_left(*a, *b, at))
+}
+
+/// Whether a chord crosses the line from a point to the right.
+fn is_left(a: Point<2>, b: Point<2>, at: &Point<2>) -> bool {
+    (a[1] > at[1]) != (b[1] > at[1]) && at[0] < a[0] + (b[0] - a[0]) * (at[1] - a[1]) / (b[1] - a[1])
 }
 
 fn side(a: Point<2>, b: Point<2>, c: Point<2>) -> f64 {
