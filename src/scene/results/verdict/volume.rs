@@ -13,14 +13,10 @@ use super::share::LARGEST_SHARE;
 /// below this one at no loss: with a single element across an arch they would be a fifth of the energy, with its force within 1 %.
 const APART: f64 = 0.2;
 
-/// Energies of a body and the point that is furthest from what the pressure allows.
-struct Found {
-    /// $\int\frac{\mu_0}{2}\ln^2(J/\hat J)$ over the points that are apart.
-    folded: f64,
-    /// The distortional energy.
-    distortional: f64,
+/// Where volumes are furthest from what pressures allow.
+struct Worst {
     /// $|\ln(J/\hat J)|$, $J$, $\hat J$ and the position.
-    worst: [f64; 3],
+    values: [f64; 3],
     at: Point<3>,
 }
 
@@ -31,54 +27,82 @@ struct Found {
 /// that a change of shape of this size takes: where its integral is more than a small part of the distortional energy, the shape of
 /// the field is not that of the rubber.
 pub(super) fn folded(problem: &ProblemView<'_>, state: &State) -> Option<Doubt> {
-    let mut found = Found { folded: 0.0, distortional: 0.0, worst: [0.0, 1.0, 1.0], at: Point::zeros() };
-    for (number, body) in problem.bodies.iter().enumerate() {
-        add(*body, number, state, &mut found);
+    let mut worst = Worst { values: [0.0, 1.0, 1.0], at: Point::zeros() };
+    let sum = |of: &mut dyn FnMut(usize, &dyn BodyView) -> f64| {
+        let mut total = [0.0];
+        for (number, body) in problem.bodies.iter().enumerate() {
+            total[0] += of(number, *body);
+        }
+        if let Some(ranks) = problem.model.ranks() {
+            ranks.sum(&mut total);
+        }
+        total[0]
+    };
+    let folded = sum(&mut |number, body| apart(body, number, state, &mut worst));
+    if folded == 0.0 {
+        return None;
     }
+    let distortional = sum(&mut |_, body| distortional(body, state));
     if let Some(ranks) = problem.model.ranks() {
-        let mut sums = [found.folded, found.distortional];
-        ranks.sum(&mut sums);
-        [found.folded, found.distortional] = sums;
-        let mut mine = found.worst.to_vec();
-        mine.extend(&problem.cut(&found.at));
+        let mut mine = worst.values.to_vec();
+        mine.extend(&problem.cut(&worst.at));
         let all = ranks.gathered(&mine);
-        if let Some(worst) = all.chunks_exact(3 + problem.dim).max_by(|a, b| a[0].total_cmp(&b[0])) {
-            found.worst.copy_from_slice(&worst[..3]);
-            found.at.as_mut_slice()[..problem.dim].copy_from_slice(&worst[3..]);
+        if let Some(found) = all.chunks_exact(3 + problem.dim).max_by(|a, b| a[0].total_cmp(&b[0])) {
+            worst.values.copy_from_slice(&found[..3]);
+            worst.at.as_mut_slice()[..problem.dim].copy_from_slice(&found[3..]);
         }
     }
-    let share = found.folded / (found.folded + found.distortional);
-    let [_, jacobian, allowed] = found.worst;
+    let share = folded / (folded + distortional);
+    let [_, jacobian, allowed] = worst.values;
     (share > LARGEST_SHARE).then(|| Doubt {
         cause: DoubtCause::Volume { share, limit: LARGEST_SHARE, jacobian, allowed },
         load: state.load,
-        at: problem.cut(&found.at),
+        at: problem.cut(&worst.at),
     })
 }
 
-fn add(body: &dyn BodyView, number: usize, state: &State, found: &mut Found) {
+/// $\int\frac{\mu_0}{2}\ln^2(J/\hat J)$ over the points of a body that are apart.
+fn apart(body: &dyn BodyView, number: usize, state: &State, worst: &mut Worst) -> f64 {
     let material = body.material();
-    let Some(volumetric) = material.volumetric() else { return };
-    let memory = material.rest();
-    let Some(pressures) = state.view(number).and_then(|view| body.bulk_pressures(view)) else { return };
+    let Some(volumetric) = material.volumetric() else { return 0.0 };
+    let Some(pressures) = state.view(number).and_then(|view| body.bulk_pressures(view)) else { return 0.0 };
     let moduli = material.initial_moduli();
-    let weights = body.weights();
+    let (weights, ends) = (body.weights(), [(-APART).exp(), APART.exp()]);
+    let mut folded = 0.0;
     for (point, &pressure) in pressures.iter().enumerate() {
+        let jacobian = body.deformation_gradient(point, &state.displacement).determinant();
+        // U' grows with J.
+        let [low, high] = ends.map(|factor| volumetric.evaluate(factor * jacobian).slope);
+        if (low..=high).contains(&pressure) {
+            continue;
+        }
+        let allowed = allowed(volumetric, pressure / moduli.bulk, moduli.bulk);
+        let apart = (jacobian / allowed).ln().abs();
+        if apart > APART {
+            folded += 0.5 * moduli.shear * weights[point] * apart * apart;
+        }
+        if apart > worst.values[0] {
+            *worst = Worst { values: [apart, jacobian, allowed], at: body.point(point) };
+        }
+    }
+    folded
+}
+
+/// The distortional energy of a body.
+fn distortional(body: &dyn BodyView, state: &State) -> f64 {
+    let (material, weights, mut sum) = (body.material(), body.weights(), 0.0);
+    if material.volumetric().is_none() {
+        return sum;
+    }
+    let memory = material.rest();
+    for (point, weight) in weights.iter().enumerate() {
         let f = body.deformation_gradient(point, &state.displacement);
         let energy = material.energy_from(&f, Past { memory: &memory, elapsed: 0.0 });
         if energy.is_finite() {
-            found.distortional += weights[point] * energy;
-        }
-        let (jacobian, allowed) = (f.determinant(), allowed(volumetric, pressure / moduli.bulk, moduli.bulk));
-        let apart = (jacobian / allowed).ln().abs();
-        if apart > APART {
-            found.folded += 0.5 * moduli.shear * weights[point] * apart * apart;
-        }
-        if apart > found.worst[0] {
-            found.worst = [apart, jacobian, allowed];
-            found.at = body.point(point);
+            sum += weight * energy;
         }
     }
+    sum
 }
 
 /// The $\hat J$ with $U'(\hat J) = p$, from a pressure over the bulk modulus.
