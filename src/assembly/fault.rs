@@ -49,15 +49,17 @@ fn infinite_at(term: &dyn Term, view: View<'_>) -> Option<[f64; 3]> {
 
 /// Whether a matrix differs from its transpose. What is zero above the diagonal may have been left out.
 fn is_unsymmetric(size: usize, matrix: &[f64]) -> bool {
-    let largest = matrix.iter().fold(0.0f64, |largest, entry| largest.max(entry.abs()));
+    let mut apart = 0.0f64;
     for (column, entries) in matrix.chunks_exact(size.max(1)).enumerate() {
         for (row, &above) in entries[..column].iter().enumerate() {
-            if above != 0.0 && (above - matrix[row * size + column]).abs() > ALIKE * largest {
-                return true;
+            let difference = (above - matrix[row * size + column]).abs();
+            // Entries that agree for themselves agree for the largest, too.
+            if above != 0.0 && difference > ALIKE * above.abs() {
+                apart = apart.max(difference);
             }
         }
     }
-    false
+    apart > 0.0 && apart > ALIKE * matrix.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()))
 }
 
 #[cfg(feature = "solve")]

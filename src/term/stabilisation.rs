@@ -95,12 +95,12 @@ impl PointwiseEnergy {
 /// The $J$ nearest to 1, below it or above, from which on something holds; none within a factor of a thousand.
 fn first(holds: impl Fn(f64) -> bool, side: f64) -> Option<f64> {
     // Parts of ln J: finer than any crossing of the two curvatures is sharp.
-    let (count, farthest) = (700, 1e3f64.ln());
+    let (count, farthest) = (70, 1e3f64.ln());
     let at = |part: f64| (side * part).exp();
     let parts = (0..=count).map(|k| farthest * k as f64 / count as f64);
     let mut outside = parts.into_iter().find(|part| holds(at(*part)))?;
     let mut inside = (outside - farthest / count as f64).max(0.0);
-    for _ in 0..60 {
+    for _ in 0..50 {
         let middle = 0.5 * (inside + outside);
         if holds(at(middle)) { outside = middle } else { inside = middle }
     }
