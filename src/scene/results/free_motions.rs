@@ -5,10 +5,11 @@ use std::fmt;
 use nalgebra::DMatrix;
 
 use super::view::{BodyView, ProblemView};
-use crate::assembly::{Model, StateRef};
+use crate::assembly::StateRef;
 use crate::geometry::{Disjoint, Point, RigidMode};
 use crate::linear::vector::dot;
 use crate::scene::Problem;
+use crate::term::Form;
 
 /// Parts of translations and rotations in a motion.
 type Parts<'a> = nalgebra::MatrixView<'a, f64, nalgebra::U1, nalgebra::Dyn, nalgebra::U1, nalgebra::Dyn>;
@@ -162,7 +163,7 @@ impl Motions {
             all
         };
         let motions: Vec<Vec<f64>> = (0..count).map(motion).collect();
-        let mut resistance = energies(problem.model, &motions);
+        let mut resistance = energies(problem, &motions, self.size);
         let mut see = |seen: &[f64]| {
             for a in 0..count {
                 (0..count).for_each(|b| resistance[(a, b)] += seen[a] * seen[b]);
@@ -239,22 +240,46 @@ fn piece_name(body: &str, piece: &[usize], problem: &ProblemView<'_>) -> String 
     format!("the separate piece of {body} around X = ({})", coordinates.join(", "))
 }
 
-/// Energies of motions at rest, relative to the stiffness: without what acts on steps alone.
-fn energies(whole: &Model, motions: &[Vec<f64>]) -> DMatrix<f64> {
-    let model = whole.retained(|term| !term.layout().artificial);
+/// Energies of motions at rest, relative to that of a strain of size 1 all over: without what acts on steps alone. A rigid motion strains a
+/// body around an axis alone, so that no matrix of a body is needed.
+fn energies(problem: &ProblemView<'_>, motions: &[Vec<f64>], size: f64) -> DMatrix<f64> {
+    let whole = problem.model;
+    let model = whole.retained(|term| !term.layout().artificial && !matches!(term.form(), Form::Blocks { .. }));
     let mut assembler = model.assembler();
     let mut system = Default::default();
     assembler.assemble_own(&model, StateRef::new(&vec![0.0; model.unknowns()], &model.start(), 0.0), &mut system);
     let pattern = assembler.pattern();
-    let stiffness = (0..pattern.size()).map(|c| system.values[pattern.columns[c]].abs()).fold(0.0, f64::max);
     let forces = |motion: &Vec<f64>| {
         let mut force = vec![0.0; motion.len()];
         pattern.multiply_add(&system.values, motion, &mut force);
         force
     };
     let forces: Vec<Vec<f64>> = motions.iter().map(forces).collect();
-    let size = stiffness * whole.node_count() as f64;
-    DMatrix::from_fn(motions.len(), motions.len(), |a, b| dot(&motions[a], &forces[b]) / size)
+    let mut energies = DMatrix::from_fn(motions.len(), motions.len(), |a, b| dot(&motions[a], &forces[b]));
+    let stiffest = system.values.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
+    let mut scale = [stiffest * whole.node_count() as f64];
+    for body in &problem.bodies {
+        let shear = body.material().initial_moduli().shear;
+        for (point, weight) in body.weights().iter().enumerate() {
+            scale[0] += weight * shear / (size * size);
+            if body.hoops().is_empty() {
+                continue;
+            }
+            let gradient = |motion: &Vec<f64>| body.displacement_gradient(point, motion);
+            let strains: Vec<_> = motions.iter().map(gradient).map(|h| (h + h.transpose()) * 0.5).collect();
+            for (a, strain) in strains.iter().enumerate() {
+                strains
+                    .iter()
+                    .enumerate()
+                    .for_each(|(b, other)| energies[(a, b)] += weight * shear * strain.dot(other));
+            }
+        }
+    }
+    if let Some(ranks) = whole.ranks() {
+        ranks.sum(energies.as_mut_slice());
+        ranks.sum(&mut scale);
+    }
+    energies / scale[0]
 }
 
 /// A basis of what a symmetric matrix takes to nothing, in rows: any serves, the reduced one has a translation or rotation of its own

@@ -60,6 +60,8 @@ pub(crate) trait BodyView: Send + Sync {
     fn seen_by(&self, point: usize) -> &[u32];
     fn zone_functions(&self, point: usize) -> &[f64];
     fn at_rest(&self, point: usize) -> Matrix3<f64>;
+    /// Of the kinematics alone, linear in the displacement.
+    fn displacement_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64>;
     fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64>;
     /// In a sheet with the thickness that its history leaves.
     fn deformation_in(&self, point: usize, view: View<'_>) -> Matrix3<f64>;
@@ -135,6 +137,10 @@ impl<const D: usize> BodyView for DiscreteBody<D> {
 
     fn at_rest(&self, point: usize) -> Matrix3<f64> {
         self.body.table().at_rest(point)
+    }
+
+    fn displacement_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
+        self.body.table().displacement_gradient(point, displacement)
     }
 
     fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
