@@ -1,5 +1,6 @@
 //! Bases $H$ of the correction function (3.11), (3.29).
 
+use crate::each::point_of;
 use crate::geometry::Point;
 
 /// The functions that the correction reproduces.
@@ -51,7 +52,7 @@ pub trait Basis<const D: usize>: Send + Sync {
             (&mut more[..], &mut more_slopes[..])
         };
         for a in 0..count {
-            self.fill(&Point::from_fn(|k, _| x[k * count + a]), values, slopes);
+            self.fill(&point_of(|k| x[k * count + a]), values, slopes);
             for i in 0..terms {
                 h[i * count + a] = values[i];
                 if !dh.is_empty() {

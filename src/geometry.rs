@@ -26,6 +26,7 @@ use std::sync::Arc;
 
 use nalgebra::SVector;
 
+use crate::each::point_of;
 use crate::error::GeometryError;
 
 /// A point or vector in `D` dimensions \[length\].
@@ -33,7 +34,7 @@ pub type Point<const D: usize> = SVector<f64, D>;
 
 /// The unit vector along an axis.
 pub(crate) fn unit<const D: usize>(axis: usize) -> Point<D> {
-    Point::from_fn(|i, _| f64::from(u8::from(i == axis)))
+    point_of(|i| f64::from(u8::from(i == axis)))
 }
 
 /// A point or vector in as many dimensions as are asked for: those that it lacks are zero, those beyond are left out.
@@ -189,7 +190,7 @@ pub trait Domain<const D: usize>: Send + Sync {
 impl<const D: usize> Domain<D> for Block<D> {
     fn position(&self, unit: &Point<D>) -> Point<D> {
         // Both ends come out exact, so that boundary particles lie on the boundary to the bit.
-        Point::from_fn(|i, _| self.min[i] * (1.0 - unit[i]) + self.max[i] * unit[i])
+        point_of(|i| self.min[i] * (1.0 - unit[i]) + self.max[i] * unit[i])
     }
 
     fn validate(&self) -> Result<(), GeometryError> {

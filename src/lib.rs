@@ -79,6 +79,7 @@ pub use nalgebra;
 // Floor 0
 mod compiled;
 mod dense;
+mod each;
 pub mod error;
 pub mod geometry;
 mod order;

@@ -8,6 +8,7 @@ mod parts;
 mod refine;
 mod shape;
 
+use crate::each::{Each, EachOf, array_of, point_of, sum_of};
 use crate::error::MeshError;
 use crate::geometry::{Point, padded};
 use elements::{Elements, Group};
@@ -157,7 +158,7 @@ impl<const D: usize> Mesh<D> {
                 return Err(MeshError::Array { what, remedy: "give finite coordinates" });
             }
             *number = points.len() as u32;
-            points.push(Point::<D>::from_fn(|i, _| x[i]));
+            points.push(point_of::<D>(|i| x[i]));
             extent = extent.max((x[0] - all[0][0]).abs()).max((x[1] - all[0][1]).abs());
         }
         if D == 2 && all.iter().zip(&number).any(|(x, n)| *n != UNUSED && (x[2] - level).abs() > 1e-9 * extent) {
@@ -167,9 +168,9 @@ impl<const D: usize> Mesh<D> {
         }
         let mut curved = HashMap::new();
         for (ends, middle) in middles {
-            let [a, b] = ends.map(|end| number[end as usize]);
+            let [a, b] = ends.each(|end| number[end as usize]);
             if a != UNUSED && b != UNUSED && middle.iter().all(|x| x.is_finite()) {
-                curved.insert([a.min(b), a.max(b)], Point::<D>::from_fn(|i, _| middle[i]));
+                curved.insert([a.min(b), a.max(b)], point_of::<D>(|i| middle[i]));
             }
         }
         drop(all);
@@ -229,7 +230,7 @@ impl<const D: usize> Mesh<D> {
                 continue;
             }
             if high < -flat {
-                let mirrored: [u32; 8] = std::array::from_fn(|k| shape.mirrored().get(k).map_or(0, |&k| corners[k]));
+                let mirrored: [u32; 8] = array_of(|k| shape.mirrored().get(k).map_or(0, |&k| corners[k]));
                 let count = corners.len();
                 self.elements[D].corners_mut(cell).copy_from_slice(&mirrored[..count]);
                 continue;
@@ -263,8 +264,8 @@ impl<const D: usize> Mesh<D> {
         let (shape, corners) = self.cell(cell);
         let at = |k: &usize| corners[*k] as usize;
         match shape {
-            CellShape::Hexahedron => [0, 1, 3, 2, 4, 5, 7, 6].iter().map(at).collect(),
-            _ => corners.iter().map(|&node| node as usize).collect(),
+            CellShape::Hexahedron => [0, 1, 3, 2, 4, 5, 7, 6].mapped(at),
+            _ => corners.mapped(|&node| node as usize),
         }
     }
 
@@ -285,19 +286,19 @@ impl<const D: usize> Mesh<D> {
             let element = member as usize;
             elements::measure(list.shape(element), list.corners(element), &self.points).abs()
         };
-        Ok(group.members.iter().map(measure).sum())
+        Ok(group.members.summed(measure))
     }
 
     /// Area or volume of the whole body \[length^D\].
     pub fn total(&self) -> f64 {
         let list = &self.elements[D];
-        (0..list.len()).map(|cell| elements::measure(list.shape(cell), list.corners(cell), &self.points).abs()).sum()
+        sum_of(list.len(), |cell| elements::measure(list.shape(cell), list.corners(cell), &self.points).abs())
     }
 
     /// Corners of the faces of a cell.
     fn faces_of(&self, cell: usize) -> impl Iterator<Item = Vec<u32>> + '_ {
         let (shape, corners) = self.cell(cell);
-        shape.faces().iter().map(move |face| face.iter().map(|&k| corners[k]).collect())
+        shape.faces().iter().map(move |face| face.mapped(|&k| corners[k]))
     }
 
     pub(crate) fn group(&self, dimension: usize, name: &str) -> Option<&Group> {

@@ -12,6 +12,7 @@ pub(crate) use sights::Sights;
 pub use visibility::Connections;
 pub(crate) use visibility::{FACING, MARGIN, Visibility};
 
+use crate::each::{array_of, point_of};
 use crate::geometry::{Bounds, Point};
 use crate::particles::Particles;
 
@@ -60,21 +61,21 @@ impl<const D: usize> BinGrid<D> {
         }
         let (min, max) = (covered.low.sup(&room.low), covered.high.inf(&room.high));
         // Bins half a support wide keep the lists short at a bounded number of entries per particle.
-        let mut ideal = Point::<D>::from_fn(|i, _| (2.0 * (max[i] - min[i]) / mean[i]).max(1.0));
+        let mut ideal = point_of::<D>(|i| (2.0 * (max[i] - min[i]) / mean[i]).max(1.0));
         let bins: f64 = ideal.iter().product();
         let limit = BINS_PER_PARTICLE * some.len() as f64 + 64.0;
         if bins > limit {
             ideal *= (limit / bins).powf(1.0 / D as f64);
         }
         // A side shorter than one bin leaves its share to nobody: clamp each axis by the limit too.
-        let mut counts: [usize; D] = std::array::from_fn(|i| (ideal[i].min(limit).floor() as usize).max(1));
+        let mut counts: [usize; D] = array_of(|i| (ideal[i].min(limit).floor() as usize).max(1));
         // Axes that are clamped do not take up their share: of a few particles far from all others the axes would
         // have as many bins as there are particles, each.
         while counts.iter().map(|&c| c as f64).product::<f64>() > WIDEST * limit {
             let widest = (0..D).max_by_key(|&i| counts[i]).unwrap_or(0);
             counts[widest] /= 2;
         }
-        let inverse_width = Point::<D>::from_fn(|i, _| counts[i] as f64 / (max[i] - min[i]));
+        let inverse_width = point_of::<D>(|i| counts[i] as f64 / (max[i] - min[i]));
         BinGrid { min, inverse_width, counts, offsets: Vec::new(), entries: Vec::new(), finer: Vec::new() }
     }
 
@@ -108,14 +109,13 @@ impl<const D: usize> BinGrid<D> {
                 continue;
             }
             let mut rest = bin;
-            let place: [usize; D] = std::array::from_fn(|i| {
+            let place: [usize; D] = array_of(|i| {
                 let place = rest % self.counts[i];
                 rest /= self.counts[i];
                 place
             });
-            let corner = |more: usize| {
-                Point::<D>::from_fn(|i, _| self.min[i] + (place[i] + more) as f64 / self.inverse_width[i])
-            };
+            let corner =
+                |more: usize| point_of::<D>(|i| self.min[i] + (place[i] + more) as f64 / self.inverse_width[i]);
             let mut grid = BinGrid::over(particles, list, Bounds { low: corner(0), high: corner(1) });
             if grid.counts.iter().product::<usize>() < FINER {
                 continue;
@@ -141,8 +141,8 @@ impl<const D: usize> BinGrid<D> {
 
     fn for_each_bin(&self, particles: &Particles<D>, particle: u32, mut visit: impl FnMut(usize)) {
         let (x, half) = (particles.positions()[particle as usize], half_widths(particles, particle));
-        let low: [usize; D] = std::array::from_fn(|i| self.bin_of(x[i] - half[i], i));
-        let high: [usize; D] = std::array::from_fn(|i| self.bin_of(x[i] + half[i], i));
+        let low: [usize; D] = array_of(|i| self.bin_of(x[i] - half[i], i));
+        let high: [usize; D] = array_of(|i| self.bin_of(x[i] + half[i], i));
         let mut index = low;
         loop {
             let bin = (0..D).rev().fold(0, |bin, i| bin * self.counts[i] + index[i]);
@@ -175,8 +175,8 @@ impl<const D: usize> BinGrid<D> {
         if !self.finer.is_empty() {
             return false;
         }
-        let first: [usize; D] = std::array::from_fn(|i| self.bin_of(low[i], i));
-        let last: [usize; D] = std::array::from_fn(|i| self.bin_of(high[i], i));
+        let first: [usize; D] = array_of(|i| self.bin_of(low[i], i));
+        let last: [usize; D] = array_of(|i| self.bin_of(high[i], i));
         let mut index = first;
         let mut bins = 0;
         loop {

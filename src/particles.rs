@@ -2,6 +2,7 @@
 
 use nalgebra::SMatrix;
 
+use crate::each::{Each, point_of, sum_of};
 use crate::error::ApproximationError;
 use crate::geometry::Point;
 use crate::neighbours::BoxTree;
@@ -26,7 +27,7 @@ impl<const D: usize> Support<D> {
         match self {
             Support::Ball(radius) => Point::repeat(*radius),
             Support::Box(half) => *half,
-            Support::Parallelepiped(axes) => Point::from_fn(|i, _| axes.row(i).abs().sum()),
+            Support::Parallelepiped(axes) => point_of(|i| axes.row(i).abs().sum()),
         }
     }
 
@@ -211,7 +212,7 @@ fn coincident<const D: usize>(positions: &[Point<D>], half_widths: impl Fn(usize
     let reach = |i: usize| half_widths(i).map(|half| ONE_PLACE * half.min(spacing));
     // A slanting direction, along which no two nodes of an ordinary lattice are level.
     const DIRECTION: [f64; 3] = [1.0, 0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-    let along: Vec<f64> = positions.iter().map(|x| (0..D).map(|k| (x[k] - min[k]) * DIRECTION[k % 3]).sum()).collect();
+    let along: Vec<f64> = positions.mapped(|x| sum_of(D, |k| (x[k] - min[k]) * DIRECTION[k % 3]));
     let mut order: Vec<usize> = (0..positions.len()).collect();
     crate::order::sort(&mut order, &|&i, &j| along[i].total_cmp(&along[j]));
     for (place, &i) in order.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::each::Each;
 use crate::error::{GeometryError, Invalid};
 use crate::geometry::Point;
 
@@ -121,10 +122,10 @@ impl<const D: usize> Points<D> {
         if numbers.len() == self.positions.len() {
             return (self, numbers);
         }
-        kept.positions = numbers.iter().map(|&k| self.positions[k]).collect();
-        kept.weights = numbers.iter().map(|&k| self.weights[k]).collect();
+        kept.positions = numbers.mapped(|&k| self.positions[k]);
+        kept.weights = numbers.mapped(|&k| self.weights[k]);
         if !self.normals.is_empty() {
-            kept.normals = numbers.iter().map(|&k| self.normals[k]).collect();
+            kept.normals = numbers.mapped(|&k| self.normals[k]);
         }
         (kept, numbers)
     }
@@ -140,8 +141,7 @@ impl<const D: usize> Points<D> {
         let groups = self.share_groups(part, parts);
         let points = self.share_range(part, parts);
         let offset = |group: &usize| (*group).clamp(points.start, points.end) - points.start;
-        let mut groups: Vec<usize> =
-            self.groups.get(groups.start..=groups.end).unwrap_or_default().iter().map(offset).collect();
+        let mut groups: Vec<usize> = self.groups.get(groups.start..=groups.end).unwrap_or_default().mapped(offset);
         if groups.is_empty() {
             groups.push(0);
         }

@@ -1,6 +1,7 @@
 //! Unknowns that others express, in dense blocks bound to a pattern.
 
 use crate::assembly::Pattern;
+use crate::each::EachOf;
 use crate::simd::{Arithmetic, Task, dispatch};
 
 use super::enforced::Eliminated;
@@ -44,7 +45,7 @@ impl Block {
     /// The pairs of `free` and `coupled` as lower entries of the reduced matrix.
     pub(super) fn pairs(&self) -> impl Iterator<Item = [usize; 2]> {
         let all = self.free.iter().flat_map(|&a| self.coupled.iter().map(move |&b| [a.max(b), a.min(b)]));
-        all.map(|pair| pair.map(|place| place as usize))
+        all.map(|pair| pair.each(|place| place as usize))
     }
 
     /// Finds the pairs of `free` and `coupled`, which are in the reduced pattern.

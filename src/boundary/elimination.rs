@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::assembly::Pattern;
+use crate::each::{Each, list_of};
 use crate::error::BoundaryError;
 use crate::geometry::Disjoint;
 use crate::linear::{Direct, LinearSolver, LinearSystem, MatrixClass};
@@ -85,7 +86,7 @@ fn connected(equations: &[ConstraintEquation]) -> Vec<Vec<usize>> {
 
 /// $[G\ |\ 1]$ of some constraint equations, scaled to a largest entry of one, row by row, and the unknowns of the columns of $G$.
 fn tableau(equations: &[ConstraintEquation], members: &[usize]) -> (Vec<f64>, Vec<usize>) {
-    let rows: Vec<_> = members.iter().map(|&r| equations[r].scaled()).collect();
+    let rows: Vec<_> = members.mapped(|&r| equations[r].scaled());
     let mut unknowns: Vec<usize> = rows.iter().flat_map(|(entries, _)| entries.iter().map(|entry| entry.0)).collect();
     unknowns.sort_unstable();
     unknowns.dedup();
@@ -122,7 +123,7 @@ fn echelon(a: &mut [f64], m: usize, n: usize, in_order: bool) -> Vec<Result<usiz
         }
         pivots[i] = Ok(j);
         let scale = 1.0 / a[i * width + j];
-        let pivot_row: Vec<f64> = a[i * width..(i + 1) * width].iter().map(|v| v * scale).collect();
+        let pivot_row: Vec<f64> = a[i * width..(i + 1) * width].mapped(|v| v * scale);
         for k in 0..m {
             let factor = a[k * width + j];
             if k != i && factor != 0.0 {
@@ -142,7 +143,7 @@ fn echelon(a: &mut [f64], m: usize, n: usize, in_order: bool) -> Vec<Result<usiz
 
 /// Whether $G G^T$ has factors that solve: it tells at once what elimination tells at the third power of the number of equations.
 fn independent(equations: &[ConstraintEquation]) -> bool {
-    let scaled: Vec<_> = equations.iter().map(|equation| equation.scaled().0).collect();
+    let scaled: Vec<_> = equations.mapped(|equation| equation.scaled().0);
     let mut users: HashMap<usize, Vec<(u32, f64)>> = HashMap::new();
     for (r, equation) in scaled.iter().enumerate() {
         equation.iter().for_each(|&(k, c)| users.entry(k).or_default().push((r as u32, c)));
@@ -166,7 +167,7 @@ fn independent(equations: &[ConstraintEquation]) -> bool {
     if !matches!(direct.factorize(&system), Ok(Some(inertia)) if inertia.negative == 0) {
         return false;
     }
-    let mut x: Vec<f64> = (0..scaled.len()).map(|k| (1.3 * k as f64).sin()).collect();
+    let mut x: Vec<f64> = list_of(scaled.len(), |k| (1.3 * k as f64).sin());
     // Products of independent constraint equations are mass matrices with a condition of some thousand.
     direct.solve(&system, &mut x, None).is_ok() && x.iter().all(|x| x.abs() < 1e10)
 }

@@ -1,5 +1,6 @@
 //! One constraint equation of the essential conditions.
 
+use crate::each::Each;
 use crate::error::BoundaryError;
 use crate::term::Amplitude;
 
@@ -21,7 +22,7 @@ pub struct ConstraintEquation {
 impl ConstraintEquation {
     /// $\sum_k c_k d_k$.
     pub(crate) fn value(&self, displacement: &[f64]) -> f64 {
-        self.entries.iter().map(|&(k, c)| c * displacement[k]).sum()
+        self.entries.summed(|&(k, c)| c * displacement[k])
     }
 
     /// $\max_k |c_k|$.
@@ -38,7 +39,7 @@ impl ConstraintEquation {
 
     /// $\sum_k |c_k|$, by which values of constraint equations over a boundary are divided to be lengths; about 1 at particles.
     pub(crate) fn measure(&self) -> f64 {
-        self.entries.iter().map(|(_, c)| c.abs()).sum()
+        self.entries.summed(|(_, c)| c.abs())
     }
 }
 

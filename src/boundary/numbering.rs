@@ -1,6 +1,7 @@
 //! Where the unknowns of a model and multipliers stand in the reduced system.
 
 use crate::assembly::Pattern;
+use crate::each::Each;
 
 use super::enforced::Eliminated;
 
@@ -22,7 +23,7 @@ impl Numbering {
                 rows[unknown] = Some([b as u32, p as u32]);
             }
         }
-        let mut places: Vec<u32> = rows.iter().map(|row| if row.is_some() { u32::MAX } else { 0 }).collect();
+        let mut places: Vec<u32> = rows.mapped(|row| if row.is_some() { u32::MAX } else { 0 });
         eliminated.iter().flat_map(|block| &block.free).for_each(|&unknown| places[unknown] = 0);
         places.resize(unknowns + multipliers, 0);
         let numbers: Vec<u32> = (0..places.len() as u32).filter(|&k| places[k as usize] == 0).collect();
@@ -44,7 +45,7 @@ impl Numbering {
 
     /// Renumbers so that place `order[k]` becomes `k`.
     pub(super) fn renumber(&mut self, order: &[usize]) {
-        self.numbers = order.iter().map(|&old| self.numbers[old]).collect();
+        self.numbers = order.mapped(|&old| self.numbers[old]);
         self.place();
     }
 

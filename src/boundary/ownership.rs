@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::cells::BoundaryCells;
+use crate::each::Each;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::Point;
 
@@ -106,8 +107,7 @@ impl Claims {
             if owners.len() == claims.len() {
                 continue;
             }
-            let prescriptions: Vec<PrescribedDirection> =
-                owners.iter().map(|&claim| claims[claim].prescription.clone()).collect();
+            let prescriptions: Vec<PrescribedDirection> = owners.mapped(|&claim| claims[claim].prescription.clone());
             for (_, claim) in claims.iter().enumerate().filter(|(number, _)| !owners.contains(number)) {
                 settled.yielded[claim.piece].insert(*particle);
                 let repeated =

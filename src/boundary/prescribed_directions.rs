@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::each::{Each, EachOf, array_of};
 use crate::error::BoundaryError;
 use crate::geometry::{Point, padded};
 use crate::linear::vector::dot;
@@ -51,7 +52,7 @@ fn resolve(prescriptions: &[PrescribedDirection], direction: &[f64; 3]) -> (Vec<
         }
         let size = dot(&rest, &rest).sqrt();
         if size > EXACT {
-            basis.push((rest.map(|r| r / size), made.iter().map(|m| m / size).collect()));
+            basis.push((rest.each(|r| r / size), made.mapped(|m| m / size)));
         }
     }
     let (mut rest, mut parts) = (*direction, vec![0.0; prescriptions.len()]);
@@ -99,13 +100,10 @@ pub(crate) fn is_redundant(
             check_agreement(first, second, component, at, rounding)?;
         }
         several => {
-            let terms: Vec<(f64, Amplitude)> = several
-                .iter()
-                .map(|(prescription, part)| (part * prescription.target, prescription.amplitude.clone()))
-                .collect();
-            let label =
-                several.iter().map(|(prescription, _)| prescription.label.as_str()).collect::<Vec<_>>().join(" and ");
-            let sum = move |load: f64| terms.iter().map(|(target, a)| target * a.evaluate(load).0).sum();
+            let terms: Vec<(f64, Amplitude)> =
+                several.mapped(|(prescription, part)| (part * prescription.target, prescription.amplitude.clone()));
+            let label = several.mapped(|(prescription, _)| prescription.label.as_str()).join(" and ");
+            let sum = move |load: f64| terms.summed(|(target, a)| target * a.evaluate(load).0);
             check_agreement((&label, 1.0, &Amplitude::Function(Arc::new(sum))), second, component, at, rounding)?;
         }
     }
@@ -114,7 +112,7 @@ pub(crate) fn is_redundant(
 
 /// Whether prescribed directions prescribe a component.
 pub(crate) fn spans(prescriptions: &[PrescribedDirection], component: usize) -> bool {
-    let axis = std::array::from_fn(|i| f64::from(u8::from(i == component)));
+    let axis = array_of(|i| f64::from(u8::from(i == component)));
     !prescriptions.is_empty() && resolve(prescriptions, &axis).1 <= REPEATED
 }
 
@@ -147,7 +145,7 @@ pub(crate) fn check_agreement(
         // At some loads and at the break points of tables; those of functions can't be known.
         let break_points = first.2.break_points().into_iter().chain(second.2.break_points());
         let loads = [1.0, 0.0, 0.21, 0.47, 0.76].into_iter().chain(break_points);
-        let both = |load: f64| (load, [first, second].map(|(_, g, a)| g * a.evaluate(load).0));
+        let both = |load: f64| (load, [first, second].each(|(_, g, a)| g * a.evaluate(load).0));
         loads.map(both).find(|&(_, values)| !same(values))
     };
     let Some((load, values)) = found else { return Ok(()) };

@@ -1,6 +1,7 @@
 //! The equations of equilibrium under constraint equations, as their enforcement reduces them.
 
 use crate::assembly::{Pattern, System};
+use crate::each::Each;
 use crate::error::BoundaryError;
 use crate::linear::MatrixClass;
 
@@ -252,7 +253,7 @@ impl Reduction {
             let multiplier = match self.multipliers().get(r) {
                 Some(&place) => solved[place as usize],
                 None => {
-                    let value: f64 = row.entries.iter().map(|&(k, c)| c * step[k]).sum();
+                    let value: f64 = row.entries.summed(|&(k, c)| c * step[k]);
                     row.penalty * (value - row.scale * violation[row.equation])
                 }
             };

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::each::Each;
 use crate::error::BoundaryError;
 use crate::geometry::{Point, unit};
 use crate::term::Amplitude;
@@ -74,7 +75,7 @@ pub(crate) fn scaled<'a, const D: usize>(
     amplitude: &'a Amplitude,
 ) -> impl Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude) + 'a {
     move |points| {
-        let sum = points.iter().map(|(x, w)| w * target(x)).sum();
+        let sum = points.summed(|(x, w)| w * target(x));
         // Weights of either sign would make a NaN of what is infinite.
         let odd = points.iter().map(|(x, _)| target(x)).find(|value| !value.is_finite());
         (odd.unwrap_or(sum), amplitude.clone())
@@ -87,7 +88,7 @@ pub(crate) fn moved<'a, const D: usize>(
 ) -> impl Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude) + 'a {
     move |points| {
         let motion = motion.clone();
-        let sum = move |load: f64| points.iter().map(|(x, w)| w * motion(x, load)).sum();
+        let sum = move |load: f64| points.summed(|(x, w)| w * motion(x, load));
         (1.0, Amplitude::Function(Arc::new(sum)))
     }
 }

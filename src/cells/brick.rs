@@ -1,11 +1,12 @@
 //! Numbers and maps of bricks.
 
+use crate::each::{array_of, point_of};
 use crate::geometry::Point;
 
 /// The multi-index of a linear index, axis 0 running fastest.
 #[inline]
 pub(crate) fn unravel<const D: usize>(mut linear: usize, counts: &[usize; D]) -> [usize; D] {
-    std::array::from_fn(|i| {
+    array_of(|i| {
         let index = linear % counts[i];
         linear /= counts[i];
         index
@@ -66,8 +67,7 @@ impl<const D: usize> Shape<D> {
 fn multiquadratic<const D: usize>(nodes: &[Point<D>; 27], at: &Point<D>) -> (Point<D>, [Point<D>; D]) {
     let parabolas = |t: f64| [(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)];
     let slopes = |t: f64| [4.0 * t - 3.0, 4.0 - 8.0 * t, 4.0 * t - 1.0];
-    let (values, derivatives): ([_; D], [_; D]) =
-        (std::array::from_fn(|i| parabolas(at[i])), std::array::from_fn(|i| slopes(at[i])));
+    let (values, derivatives): ([_; D], [_; D]) = (array_of(|i| parabolas(at[i])), array_of(|i| slopes(at[i])));
     let mut position = Point::zeros();
     let mut columns = [Point::zeros(); D];
     for (node, x) in nodes.iter().enumerate().take(3usize.pow(D as u32)) {
@@ -95,7 +95,7 @@ pub(crate) fn determinant<const D: usize>(columns: &[Point<D>; D]) -> f64 {
 
 /// $n\\,\mathrm dA$ of the facet normal to lattice axis `axis`: the cofactor column of the map.
 pub(crate) fn area_vector<const D: usize>(axis: usize, columns: &[Point<D>; D]) -> Point<D> {
-    Point::from_fn(|i, _| {
+    point_of(|i| {
         let mut replaced = *columns;
         replaced[axis] = Point::zeros();
         replaced[axis][i] = 1.0;

@@ -21,6 +21,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
+use crate::each::{Each, EachOf, array_of};
 use crate::error::{ApproximationError, GeometryError, Invalid};
 use crate::geometry::{Part, Point};
 use crate::order;
@@ -215,7 +216,7 @@ impl CutLattice {
             (frame, grid) = Frame::around(vertices, axes, spacing, 1 << deepest)?;
             grid = grid.with_macros(deepest, macros.into_iter());
         }
-        let corners: Vec<Point<3>> = vertices.iter().map(|x| frame.local(x)).collect();
+        let corners: Vec<Point<3>> = vertices.mapped(|x| frame.local(x));
         let split = Split::new(&corners, facets);
         let by_brick = ByBrick::new(&split, grid.len(), |place| grid.brick(place));
         let sections = Sections::new(&split, grid.clone());
@@ -233,7 +234,7 @@ impl CutLattice {
         of_brick.divisions = Divisions::new(&undivided, &features.normals);
         let connected = Connected { split: &split, sections: &sections, parts: &parts, by_brick: &of_brick };
         let placed = Placing { split: &split, by_brick: &by_brick, grid: &grid, features: &features }.place(&connected);
-        let positions = placed.positions.iter().map(|u| frame.place(u)).collect();
+        let positions = placed.positions.mapped(|u| frame.place(u));
         let lattice = CutLattice {
             frame,
             grid,
@@ -339,7 +340,7 @@ impl CutLattice {
 
     /// Corners of a patch.
     fn patch(&self, patch: u32) -> [Point<3>; 3] {
-        self.split.patches[patch as usize].corners.map(|corner| self.split.points[corner as usize])
+        self.split.patches[patch as usize].corners.each(|corner| self.split.points[corner as usize])
     }
 
     /// Bricks per side of a spacing that a sub-cell has; refuses other numbers of sub-cells.
@@ -358,11 +359,11 @@ impl CutLattice {
     fn on_section(&self, rules: &Rules, section: u32, mut with: impl FnMut(Point<3>, Point<3>)) {
         let own = &self.sections.sections[section as usize];
         if own.triangles.is_empty() {
-            let [a, b, _, d] = self.sections.corners(own).map(|corner| self.sections.point(&self.split, corner));
+            let [a, b, _, d] = self.sections.corners(own).each(|corner| self.sections.point(&self.split, corner));
             rules.on_face(&a, &[b - a, d - a], with);
         } else {
             for corners in &self.sections.triangles[own.triangles.clone()] {
-                rules.on_triangle(&corners.map(|corner| self.sections.point(&self.split, corner)), &mut with);
+                rules.on_triangle(&corners.each(|corner| self.sections.point(&self.split, corner)), &mut with);
             }
         }
     }
@@ -372,7 +373,7 @@ impl CutLattice {
         let mut triangles: Vec<[Point<3>; 3]> = Vec::with_capacity(2 * sections.len());
         for &section in sections {
             each_triangle(&self.sections, section, |corners| {
-                triangles.push(corners.map(|corner| self.sections.point(&self.split, corner)));
+                triangles.push(corners.each(|corner| self.sections.point(&self.split, corner)));
             });
         }
         let mut any = false;
@@ -395,7 +396,7 @@ impl CutLattice {
                 Some(axes) => Support::Parallelepiped(axes * half),
             }
         };
-        Particles::new(self.positions.clone(), self.placed.scales.iter().map(support).collect())
+        Particles::new(self.positions.clone(), self.placed.scales.mapped(support))
     }
 
     /// Hands out the triangles around a sub-cell, seen from outside.
@@ -403,7 +404,7 @@ impl CutLattice {
         for &(section, sign) in &part.sections {
             each_triangle(&self.sections, section, |[a, b, c]| {
                 let base = if sign > 0.0 { [a, b, c] } else { [a, c, b] };
-                with(base.map(|corner| self.sections.point(&self.split, corner)));
+                with(base.each(|corner| self.sections.point(&self.split, corner)));
             });
         }
         part.patches.iter().for_each(|&patch| with(self.patch(patch)));
@@ -452,7 +453,7 @@ impl CutLattice {
     fn lowest(&self, cell: usize) -> ([i32; 3], i32) {
         let brick = self.parts.parts[self.cells[cell][0] as usize].brick;
         let size = STEP * self.half_spacing(brick);
-        (self.grid.place(brick as usize).map(|at| at / size * size), size)
+        (self.grid.place(brick as usize).each(|at| at / size * size), size)
     }
 
     /// What zones have of the volume, and the zone of each sub-cell; none where that is not one of those given.
@@ -479,7 +480,7 @@ impl CutLattice {
             Part::Face { .. } => Vec::new(),
         };
         if found.is_empty() {
-            let names: Vec<&str> = self.names.iter().map(|known| known.0.as_str()).collect();
+            let names: Vec<&str> = self.names.mapped(|known| known.0.as_str());
             let known = match names.is_empty() {
                 true => "no named parts, but the whole boundary, and some of it by Place::within".to_string(),
                 false => format!("{}, and the whole boundary", names.join(", ")),
@@ -505,7 +506,7 @@ impl CutLattice {
         let (rules, finer) = (Rules::new(gauss)?, parts.div_ceil(STEP as usize));
         check_point_count(self.split.patches.len(), finer.saturating_mul(gauss).saturating_pow(2))?;
         let place = self.places_of(pieces);
-        let mut sites: Vec<Site> = pieces.iter().map(|piece| Site::new(self.features.needs[*piece as usize])).collect();
+        let mut sites: Vec<Site> = pieces.mapped(|piece| Site::new(self.features.needs[*piece as usize]));
         let area = self.frame.size * self.frame.size;
         let mut number = 0;
         for part in &self.parts.parts {
@@ -553,7 +554,7 @@ impl CutLattice {
             }
         }
         let beside = self.features.beside.iter().filter_map(|(&[a, b], &length)| {
-            let [a, b] = [a, b].map(|piece| place[piece as usize]);
+            let [a, b] = [a, b].each(|piece| place[piece as usize]);
             (a != usize::MAX && b != usize::MAX).then_some(([a, b], length))
         });
         let spread = Spread { positions: &self.placed.positions, scales: &self.placed.scales };
@@ -582,7 +583,7 @@ impl CutLattice {
     fn free(&self, with: impl FnMut(u32, usize, f64)) {
         let inner = self.placed.positions.iter().zip(&self.placed.on).filter(|(_, on)| on.is_empty());
         let mut cubes: BTreeMap<[i32; 3], Vec<Point<3>>> = BTreeMap::new();
-        let cube = |x: &Point<3>| -> [i32; 3] { std::array::from_fn(|i| (x[i] / THIN).floor() as i32) };
+        let cube = |x: &Point<3>| -> [i32; 3] { array_of(|i| (x[i] / THIN).floor() as i32) };
         inner.for_each(|(x, _)| cubes.entry(cube(x)).or_default().push(*x));
         let is_thin = |x: &Point<3>| {
             let (c, scale) = (cube(x), self.grid.scale(x));
@@ -611,7 +612,7 @@ impl CutLattice {
             let mut leaves: Vec<u32> = Vec::with_capacity(8);
             for k in 0..8 {
                 let place = |i: usize| (x[i] / scale - 0.5).floor() as i32 + ((k >> i) & 1);
-                let at: [i32; 3] = std::array::from_fn(|i| place(i).max(0) * scale as i32);
+                let at: [i32; 3] = array_of(|i| place(i).max(0) * scale as i32);
                 if (0..3).any(|i| at[i] >= self.grid.counts[i] as i32) {
                     continue;
                 }
@@ -622,7 +623,7 @@ impl CutLattice {
             }
             let near = leaves.iter().filter_map(|leaf| by_brick.get(leaf));
             let near: Vec<u32> = near.flatten().copied().collect();
-            let whole: f64 = near.iter().map(|&part| self.parts.parts[part as usize].volume).sum();
+            let whole: f64 = near.summed(|&part| self.parts.parts[part as usize].volume);
             for part in near {
                 with(part, particle, self.parts.parts[part as usize].volume / whole);
             }
@@ -679,7 +680,7 @@ impl Cells<3> for CutLattice {
     fn corners(&self, cell: usize) -> Vec<usize> {
         let (lowest, size) = self.lowest(cell);
         let around = (0..8).filter_map(|k| {
-            let at: [i32; 3] = std::array::from_fn(|i| lowest[i] + size * ((k >> i) & 1));
+            let at: [i32; 3] = array_of(|i| lowest[i] + size * ((k >> i) & 1));
             self.placed.at.get(&at).map(|particle| *particle as usize)
         });
         let around: Vec<usize> = around.collect();
@@ -701,8 +702,8 @@ impl Cells<3> for CutLattice {
     }
 
     fn drawn_surface(&self) -> Option<(Vec<Point<3>>, Vec<Vec<usize>>)> {
-        let facets = self.split.patches.iter().map(|patch| patch.corners.map(|corner| corner as usize).to_vec());
-        Some((self.split.points.iter().map(|u| self.frame.place(u)).collect(), facets.collect()))
+        let facets = self.split.patches.iter().map(|patch| patch.corners.each(|corner| corner as usize).to_vec());
+        Some((self.split.points.mapped(|u| self.frame.place(u)), facets.collect()))
     }
 
     fn local_spacing(&self, particle: usize) -> f64 {
@@ -748,13 +749,13 @@ impl Cells<3> for CutLattice {
             if beside.contains(&NONE) {
                 continue;
             }
-            let [a, b] = beside.map(|part| zone_of[part as usize]);
+            let [a, b] = beside.each(|part| zone_of[part as usize]);
             if a != b {
                 *sides[a as usize].entry(b).or_default() += section.area.abs();
                 *sides[b as usize].entry(a).or_default() += section.area.abs();
             }
         }
-        let mut of_cell: Vec<u32> = self.cells.iter().map(|parts| zone_of[parts[0] as usize]).collect();
+        let mut of_cell: Vec<u32> = self.cells.mapped(|parts| zone_of[parts[0] as usize]);
         let kept = join_by_sides(&mut of_cell, inner, sides, Inner::worth, FEWEST);
         collect(&of_cell, kept)
     }
@@ -811,7 +812,7 @@ impl Cells<3> for CutLattice {
                 };
                 if self.is_whole(cell as usize) {
                     let (corner, size) = self.lowest(cell as usize);
-                    whole.in_brick(&Point::<3>::from(corner.map(f64::from)), f64::from(size), &mut add);
+                    whole.in_brick(&Point::<3>::from(corner.each(f64::from)), f64::from(size), &mut add);
                     continue;
                 }
                 for &own in &self.cells[cell as usize] {
@@ -892,12 +893,12 @@ impl Cells<3> for CutLattice {
                             |at: Point<3>, weight: f64| interior.push((self.frame.place(&at), weight * measure));
                         if self.is_whole(cell as usize) {
                             let (corner, size) = self.lowest(cell as usize);
-                            volume_rule.in_brick(&Point::<3>::from(corner.map(f64::from)), f64::from(size), &mut add);
+                            volume_rule.in_brick(&Point::<3>::from(corner.each(f64::from)), f64::from(size), &mut add);
                         } else {
                             self.by_moments(run, &mut add);
                         }
                     }
-                    let volume: f64 = run.iter().map(|&part| self.parts.parts[part as usize].volume).sum();
+                    let volume: f64 = run.summed(|&part| self.parts.parts[part as usize].volume);
                     let moment = run.iter().map(|&part| &self.parts.parts[part as usize]);
                     let moment = moment.map(|part| part.centre * part.volume).sum::<Point<3>>();
                     out.centres.push(self.frame.place(&(moment / volume)));
@@ -975,11 +976,11 @@ impl CutLattice {
         if placing.near(u, slack).any(|patch| (placing::nearest(u, &self.patch(patch)) - u).norm() <= slack) {
             return true;
         }
-        let place: [i32; 3] = std::array::from_fn(|i| u[i].floor() as i32);
+        let place: [i32; 3] = array_of(|i| u[i].floor() as i32);
         // The surface between the place and a corner of its brick; lines through edges of facets are outvoted.
         let votes = (0..8).map(|k| {
-            let node: [i32; 3] = std::array::from_fn(|i| place[i] + ((k >> i) & 1));
-            let end = Point::<3>::from(node.map(f64::from));
+            let node: [i32; 3] = array_of(|i| place[i] + ((k >> i) & 1));
+            let end = Point::<3>::from(node.each(f64::from));
             let patches = self.by_brick.patches(self.grid.brick(place)).iter();
             let crossed = patches.filter(|&&patch| crosses(u, &end, &self.patch(patch))).count();
             self.sections.is_inside(self.grid.node(node)) != (crossed % 2 == 1)
@@ -992,7 +993,7 @@ impl CutLattice {
 fn crosses(from: &Point<3>, to: &Point<3>, [a, b, c]: &[Point<3>; 3]) -> bool {
     let volume =
         |p: &Point<3>, q: &Point<3>, r: &Point<3>, s: &Point<3>| (q - p).dot(&parts::cross(&(r - p), &(s - p)));
-    let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| volume(from, to, p, q) > 0.0);
+    let sides = [(a, b), (b, c), (c, a)].each(|(p, q)| volume(from, to, p, q) > 0.0);
     sides[0] == sides[1] && sides[1] == sides[2] && (volume(from, a, b, c) > 0.0) != (volume(to, a, b, c) > 0.0)
 }
 

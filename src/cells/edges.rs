@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::each::{Each, list_of};
 use crate::error::GeometryError;
 use crate::geometry::Point;
 use crate::quadrature::{Points, gauss_legendre};
@@ -111,7 +112,7 @@ impl Normals {
             };
             (before + after).normalize()
         };
-        Normals { normals: (0..=n).map(mean).collect(), closed }
+        Normals { normals: list_of(n + 1, mean), closed }
     }
 
     /// Up to four particles around a chord that may carry weights.
@@ -120,7 +121,7 @@ impl Normals {
         if self.closed {
             // The last particle is the first again.
             let count = 4.min(n);
-            return (0..count).map(|k| (chord + n + k - 1) % n).collect();
+            return list_of(count, |k| (chord + n + k - 1) % n);
         }
         let (low, high) = (1, n - 1);
         if high < low {
@@ -135,12 +136,9 @@ impl Normals {
     fn traces(&self, piece: &Piece, window: &[usize], chord: usize, t: f64, normal: &Point<2>) -> Vec<(u32, f64)> {
         let n = self.normals.len() - 1;
         let place = |k: usize| if self.closed { k % n } else { k };
-        let mut weights: Vec<f64> = window
-            .iter()
-            .map(|&k| {
-                f64::from(u8::from(k == place(chord))) * (1.0 - t) + f64::from(u8::from(k == place(chord + 1))) * t
-            })
-            .collect();
+        let mut weights: Vec<f64> = window.mapped(|&k| {
+            f64::from(u8::from(k == place(chord))) * (1.0 - t) + f64::from(u8::from(k == place(chord + 1))) * t
+        });
         let row = |k: usize| Vector3::new(1.0, self.normals[k][0], self.normals[k][1]);
         let mut missing = Vector3::new(1.0, normal[0], normal[1]);
         let mut gram = Matrix3::zeros();

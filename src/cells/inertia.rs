@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
+use crate::each::EachOf;
 use crate::geometry::Point;
 
 /// Measure and moments of a plane piece or a body.
@@ -52,6 +53,6 @@ impl Inertia {
         let eigen = SymmetricEigen::new(self.second / self.measure - centre * centre.transpose());
         let mut order = [0, 1, 2];
         crate::order::sort(&mut order, &|&a: &usize, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-        (centre, order.map(|k| eigen.eigenvectors.column(k) * eigen.eigenvalues[k].max(0.0).sqrt()))
+        (centre, order.each(|k| eigen.eigenvectors.column(k) * eigen.eigenvalues[k].max(0.0).sqrt()))
     }
 }

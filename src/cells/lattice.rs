@@ -2,6 +2,7 @@
 
 use nalgebra::SMatrix;
 
+use crate::each::{Each, EachOf, array_of, list_of, point_of};
 use crate::error::{GeometryError, Invalid};
 use crate::geometry::{Domain, Point, check_dimension};
 use crate::parallel::map_ranges;
@@ -79,7 +80,7 @@ impl<const D: usize> Lattice<D> {
         let (mut units, mut even) = (Vec::with_capacity(total), Vec::new());
         for node in 0..total {
             let index = unravel(node, &counts);
-            let mut unit = Point::<D>::from_fn(|i, _| index[i] as f64 / (counts[i] - 1) as f64);
+            let mut unit = point_of::<D>(|i| index[i] as f64 / (counts[i] - 1) as f64);
             match layout {
                 Layout::Regular => {}
                 Layout::Graded(grade) => {
@@ -112,13 +113,13 @@ impl<const D: usize> Lattice<D> {
             }
             units.push(unit);
         }
-        let positions = units.iter().map(|unit| domain.position(unit)).collect();
+        let positions = units.mapped(|unit| domain.position(unit));
         let mut lattice = Lattice::straight(counts, positions);
         lattice.validate()?;
         lattice.lines = match layout {
             // Directions are those of the even lattice: a jittered block is a block.
             Layout::Jittered { .. } => {
-                Lattice::straight(counts, even.iter().map(|unit| domain.position(unit)).collect()).measured_lines()
+                Lattice::straight(counts, even.mapped(|unit| domain.position(unit))).measured_lines()
             }
             _ => lattice.measured_lines(),
         };
@@ -158,7 +159,7 @@ impl<const D: usize> Lattice<D> {
     /// The mean directions in which neighbours stand, node by node; none where all are along the axes.
     fn measured_lines(&self) -> Vec<SMatrix<f64, D, D>> {
         let lines = |node: usize| {
-            let columns: [Point<D>; D] = std::array::from_fn(|axis| {
+            let columns: [Point<D>; D] = array_of(|axis| {
                 let directions = self.neighbours(node).filter(|(along, ..)| *along == axis);
                 let sum: Point<D> =
                     directions.map(|(_, up, direction)| direction.normalize() * if up { 1.0 } else { -1.0 }).sum();
@@ -176,15 +177,14 @@ impl<const D: usize> Lattice<D> {
             return;
         }
         let middle = |cell: usize, at: &Point<D>| {
-            let corners = self.corner_nodes(cell).map(|node| units[node]);
+            let corners = self.corner_nodes(cell).each(|node| units[node]);
             domain.position(&multilinear(&corners, at).0)
         };
         let curved = |cell: usize, axis: usize, end: f64| {
             let corners = self.corners(cell);
             (0..3usize.pow(D as u32 - 1)).any(|place| {
                 let mut place = unravel(place, &[3; D]).into_iter();
-                let at =
-                    Point::<D>::from_fn(|i, _| if i == axis { end } else { 0.5 * place.next().unwrap_or(0) as f64 });
+                let at = point_of::<D>(|i| if i == axis { end } else { 0.5 * place.next().unwrap_or(0) as f64 });
                 let (straight, columns) = multilinear(&corners, &at);
                 let area = area_vector(axis, &columns);
                 let away = (middle(cell, &at) - straight).dot(&area.normalize());
@@ -205,14 +205,14 @@ impl<const D: usize> Lattice<D> {
 
     /// Nodes of the lattice with each cell cut into `parts` per direction: `position(cell, local)` of each.
     fn subdivided(&self, parts: usize, position: impl Fn(usize, &Point<D>) -> Point<D>) -> Vec<Point<D>> {
-        let counts = self.counts.map(|c| (c - 1) * parts + 1);
+        let counts = self.counts.each(|c| (c - 1) * parts + 1);
         let of = |node| {
             let index = unravel(node, &counts);
-            let cell: [usize; D] = std::array::from_fn(|i| (index[i] / parts).min(self.counts[i] - 2));
-            let at = Point::<D>::from_fn(|i, _| (index[i] - cell[i] * parts) as f64 / parts as f64);
+            let cell: [usize; D] = array_of(|i| (index[i] / parts).min(self.counts[i] - 2));
+            let at = point_of::<D>(|i| (index[i] - cell[i] * parts) as f64 / parts as f64);
             position(ravel(&cell, &self.cell_counts()), &at)
         };
-        (0..counts.iter().product()).map(of).collect()
+        list_of(counts.iter().product(), of)
     }
 
     /// Whether cells are curved.
@@ -228,11 +228,11 @@ impl<const D: usize> Lattice<D> {
     /// The $3^D$ nodes of a curved cell, axis 0 running fastest (unused entries are zero).
     fn nodes(&self, cell: usize) -> [Point<D>; 27] {
         let base = unravel(cell, &self.cell_counts());
-        let counts = self.counts.map(|c| 2 * c - 1);
+        let counts = self.counts.each(|c| 2 * c - 1);
         let mut nodes = [Point::zeros(); 27];
         for (node, x) in nodes.iter_mut().enumerate().take(3usize.pow(D as u32)) {
             let place = unravel(node, &[3; D]);
-            *x = self.middles[ravel(&std::array::from_fn(|i| 2 * base[i] + place[i]), &counts)];
+            *x = self.middles[ravel(&array_of(|i| 2 * base[i] + place[i]), &counts)];
         }
         nodes
     }
@@ -257,7 +257,7 @@ impl<const D: usize> Lattice<D> {
                 let shape = self.shape(cell);
                 for place in 0..each.pow(D as u32) {
                     let place = unravel(place, &[each; D]);
-                    let (_, columns) = shape.map(&Point::<D>::from_fn(|i, _| place[i] as f64 / (each - 1) as f64));
+                    let (_, columns) = shape.map(&point_of::<D>(|i| place[i] as f64 / (each - 1) as f64));
                     let measure = determinant(&columns);
                     if !(measure > 0.0 && measure.is_finite()) {
                         return Err(GeometryError::InvertedCell { cell, measure });
@@ -281,7 +281,7 @@ impl<const D: usize> Lattice<D> {
 
     /// Cells along each axis.
     pub fn cell_counts(&self) -> [usize; D] {
-        self.counts.map(|c| c - 1)
+        self.counts.each(|c| c - 1)
     }
 
     /// Number of cells.
@@ -299,7 +299,7 @@ impl<const D: usize> Lattice<D> {
     pub(crate) fn indices(&self) -> impl Iterator<Item = [usize; D]> {
         let counts = self.counts;
         (0..counts.iter().product()).map(move |mut rest: usize| {
-            counts.map(|count| {
+            counts.each(|count| {
                 let index = rest % count;
                 rest /= count;
                 index
@@ -317,13 +317,13 @@ impl<const D: usize> Lattice<D> {
         let base = unravel(cell, &self.cell_counts());
         let mut corners = [0; 8];
         for (corner, node) in corners.iter_mut().enumerate().take(1 << D) {
-            *node = self.node(std::array::from_fn(|i| base[i] + ((corner >> i) & 1)));
+            *node = self.node(array_of(|i| base[i] + ((corner >> i) & 1)));
         }
         corners
     }
 
     pub(super) fn corners(&self, cell: usize) -> [Point<D>; 8] {
-        self.corner_nodes(cell).map(|node| self.positions[node])
+        self.corner_nodes(cell).each(|node| self.positions[node])
     }
 
     /// The lattice with each cell cut into `parts` per direction, new nodes by multilinear interpolation.
@@ -338,7 +338,7 @@ impl<const D: usize> Lattice<D> {
                 needed: "at least 1 is needed",
             });
         }
-        let counts = self.counts.map(|c| (c - 1).saturating_mul(parts).saturating_add(1));
+        let counts = self.counts.each(|c| (c - 1).saturating_mul(parts).saturating_add(1));
         let total = counts.iter().fold(1usize, |product, &count| product.saturating_mul(count));
         if total > NODE_LIMIT {
             return Err(GeometryError::Count {
@@ -362,14 +362,12 @@ impl<const D: usize> Lattice<D> {
         let starts: [Vec<usize>; D] = std::array::from_fn(|i| block_starts(self.counts[i] - 1, parts.max(1)));
         let counts: [usize; D] = std::array::from_fn(|i| starts[i].len());
         let total: usize = counts.iter().product();
-        let kept: Vec<usize> = (0..total)
-            .map(|node| {
-                let index = unravel(node, &counts);
-                self.node(std::array::from_fn(|i| starts[i][index[i]]))
-            })
-            .collect();
-        let lines = if self.lines.is_empty() { Vec::new() } else { kept.iter().map(|&k| self.lines[k]).collect() };
-        Lattice { lines, ..Lattice::straight(counts, kept.iter().map(|&k| self.positions[k]).collect()) }
+        let kept: Vec<usize> = list_of(total, |node| {
+            let index = unravel(node, &counts);
+            self.node(array_of(|i| starts[i][index[i]]))
+        });
+        let lines = if self.lines.is_empty() { Vec::new() } else { kept.mapped(|&k| self.lines[k]) };
+        Lattice { lines, ..Lattice::straight(counts, kept.mapped(|&k| self.positions[k])) }
     }
 }
 

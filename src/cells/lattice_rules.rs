@@ -1,5 +1,6 @@
 //! Zones, integration points, boundary nodes and points inside of a lattice.
 
+use crate::each::{array_of, point_of};
 use crate::error::GeometryError;
 use crate::geometry::{Bounds, Part, Point, Side};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
@@ -22,11 +23,11 @@ impl<const D: usize> Lattice<D> {
         let mut zones = Zones::new(Vec::with_capacity(self.cell_count()), vec![0]);
         for zone in 0..total {
             let index = unravel(zone, &zone_counts);
-            let low: [usize; D] = std::array::from_fn(|i| starts[i][index[i]]);
-            let widths: [usize; D] = std::array::from_fn(|i| starts[i][index[i] + 1] - low[i]);
+            let low: [usize; D] = array_of(|i| starts[i][index[i]]);
+            let widths: [usize; D] = array_of(|i| starts[i][index[i] + 1] - low[i]);
             for inner in 0..widths.iter().product() {
                 let offset = unravel(inner, &widths);
-                zones.cells.push(ravel(&std::array::from_fn(|i| low[i] + offset[i]), &cells) as u32);
+                zones.cells.push(ravel(&array_of(|i| low[i] + offset[i]), &cells) as u32);
             }
             zones.offsets.push(zones.cells.len());
         }
@@ -51,7 +52,7 @@ impl<const D: usize> Lattice<D> {
                 let cell = self.shape(cell as usize);
                 for point in 0..per_cell {
                     let index = unravel(point, &shape);
-                    let at = Point::<D>::from_fn(|i, _| abscissae[index[i]]);
+                    let at = point_of::<D>(|i| abscissae[index[i]]);
                     let (position, jacobian) = cell.map(&at);
                     let weight: f64 = index.iter().map(|&i| weights[i]).product();
                     points.positions.push(position);
@@ -128,7 +129,7 @@ impl<const D: usize> Lattice<D> {
         for _ in 0..20 {
             let (x, columns) = shape.map(&local);
             let total = determinant(&columns);
-            let step = Point::<D>::from_fn(|i, _| {
+            let step = point_of::<D>(|i| {
                 let mut replaced = columns;
                 replaced[i] = at - x;
                 determinant(&replaced) / total

@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use crate::each::list_of;
 use crate::geometry::{Bounds, Point};
 use crate::neighbours::BoxTree;
 
@@ -31,6 +32,6 @@ impl<const D: usize> Locator<D> {
         around: impl Fn(usize) -> Bounds<D>,
         holds: impl FnMut(usize) -> bool,
     ) -> bool {
-        self.0.get_or_init(|| BoxTree::new((0..cells).map(around).collect())).any_at(at, holds)
+        self.0.get_or_init(|| BoxTree::new(list_of(cells, around))).any_at(at, holds)
     }
 }

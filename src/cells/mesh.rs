@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
 
+use crate::each::{Each, EachOf};
 use crate::error::GeometryError;
 use crate::geometry::{Curve, Point, Region};
 use crate::order;
@@ -55,7 +56,7 @@ impl Mesh {
             let at = positions.get(particle).map(|x| x.as_slice().to_vec()).unwrap_or_default();
             Err(GeometryError::Shape { what, at, remedy })
         };
-        let vertices = positions.iter().map(|x| Point2::new(x[0], x[1])).collect();
+        let vertices = positions.mapped(|x| Point2::new(x[0], x[1]));
         let constraints: Vec<[usize; 2]> = pieces
             .iter()
             .flat_map(|piece| piece.particles.windows(2).map(|w| [w[0] as usize, w[1] as usize]))
@@ -170,7 +171,7 @@ impl Mesh {
 
     /// Bulges of a triangle's sides, side k from corner k to the next.
     pub(crate) fn sides(&self, triangle: usize) -> [Point<2>; 3] {
-        self.triangle_edges[triangle].map(|edge| self.bulges[edge as usize])
+        self.triangle_edges[triangle].each(|edge| self.bulges[edge as usize])
     }
 
     /// Given particles in a region: those on its lines and arcs become the boundary.
@@ -208,7 +209,7 @@ impl Mesh {
                         return refuse("no particle is at this corner of the outline", &corner, "add one there");
                     }
                 }
-                let mut particles: Vec<u32> = along.iter().map(|a| a.1).collect();
+                let mut particles: Vec<u32> = along.mapped(|a| a.1);
                 if closed {
                     if particles.len() < 3 {
                         let remedy = "put at least three particles on the circle";
@@ -299,7 +300,7 @@ impl Mesh {
 
     /// Corners of a triangle.
     pub(crate) fn corners(&self, triangle: usize) -> [Point<2>; 3] {
-        self.triangles[triangle].map(|p| self.positions[p as usize])
+        self.triangles[triangle].each(|p| self.positions[p as usize])
     }
 }
 
@@ -346,7 +347,7 @@ pub(crate) fn parabola(from: &Point<2>, to: &Point<2>, bulge: &Point<2>, t: f64)
 /// measure on an axis of revolution, and what is left would not tell linear fields apart.
 pub(crate) fn three_points([a, b, c]: [Point<2>; 3], area: f64) -> [(Point<2>, f64); 3] {
     let third = (a + b + c) / 6.0;
-    [a, b, c].map(|corner| (third + corner * 0.5, area / 3.0))
+    [a, b, c].each(|corner| (third + corner * 0.5, area / 3.0))
 }
 
 /// Adds the Gauss points of the square collapsed onto a triangle, exact to degree $2n - 2$ for a rule of $n$ points.

@@ -1,5 +1,6 @@
 //! Voronoi cells of a mesh as polygons.
 
+use crate::each::list_of;
 use crate::geometry::Point;
 
 use super::mesh::{Mesh, NONE, circumcentre, cross};
@@ -10,7 +11,7 @@ const INSIDE: f64 = 0.05;
 
 /// The Voronoi vertex of each triangle: its circumcentre, pulled inside where a fan would fold over.
 fn vertices(mesh: &Mesh) -> Vec<Point<2>> {
-    let mut vertices: Vec<Point<2>> = (0..mesh.triangles.len()).map(|t| circumcentre(mesh.corners(t))).collect();
+    let mut vertices: Vec<Point<2>> = list_of(mesh.triangles.len(), |t| circumcentre(mesh.corners(t)));
     let mut pulled = vec![false; vertices.len()];
     // Each round pulls at least one triangle; few are ever pulled.
     loop {
@@ -67,25 +68,23 @@ pub(super) fn ordered_stars(mesh: &Mesh) -> Vec<Vec<u32>> {
         let [a, b] = mesh.beside[mesh.triangle_edges[triangle as usize][edge] as usize];
         if a == triangle { b } else { a }
     };
-    (0..mesh.positions.len())
-        .map(|particle| {
-            let star = &stars[offsets[particle]..offsets[particle + 1]];
-            let own = |t: u32| side(t, particle as u32);
-            // Clockwise to the boundary, or once around.
-            let first = star.iter().copied().find(|&t| across(t, own(t)) == NONE).unwrap_or(star[0]);
-            let mut ordered = vec![first];
-            let mut triangle = first;
-            loop {
-                // Counter-clockwise: over the edge that comes into the particle.
-                triangle = across(triangle, (own(triangle) + 2) % 3);
-                if triangle == NONE || triangle == first || ordered.len() > star.len() {
-                    break;
-                }
-                ordered.push(triangle);
+    list_of(mesh.positions.len(), |particle| {
+        let star = &stars[offsets[particle]..offsets[particle + 1]];
+        let own = |t: u32| side(t, particle as u32);
+        // Clockwise to the boundary, or once around.
+        let first = star.iter().copied().find(|&t| across(t, own(t)) == NONE).unwrap_or(star[0]);
+        let mut ordered = vec![first];
+        let mut triangle = first;
+        loop {
+            // Counter-clockwise: over the edge that comes into the particle.
+            triangle = across(triangle, (own(triangle) + 2) % 3);
+            if triangle == NONE || triangle == first || ordered.len() > star.len() {
+                break;
             }
-            ordered
-        })
-        .collect()
+            ordered.push(triangle);
+        }
+        ordered
+    })
 }
 
 /// Vertices of all Voronoi cells: particles, middles of edges, Voronoi vertices.

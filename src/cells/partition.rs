@@ -2,6 +2,7 @@
 
 use nalgebra::SMatrix;
 
+use crate::each::{Each, list_of};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Part, Point};
 use crate::particles::Particles;
@@ -71,7 +72,7 @@ pub trait Cells<const D: usize>: Send + Sync {
     /// What is drawn, by the particles at its corners in the order of [`corners`](Cells::corners): the cells themselves
     /// where they lie between particles, the triangles dual to Voronoi cells.
     fn drawn(&self) -> Vec<Vec<usize>> {
-        (0..self.cell_count()).map(|cell| self.corners(cell)).collect()
+        list_of(self.cell_count(), |cell| self.corners(cell))
     }
 
     /// What is drawn of bodies whose surface does not lie between particles: the vertices of the surface \[length\], and its facets by
@@ -130,7 +131,7 @@ pub trait Cells<const D: usize>: Send + Sync {
     /// What zones have of free particles, where of each particle a part is free: what tells whether displacements can follow the pressures of
     /// a zone. By default those at the corners of its cells.
     fn free_particles(&self, zones: &Zones, free: &dyn Fn(usize) -> f64) -> Vec<ZoneParticles<D>> {
-        let corners: Vec<Vec<usize>> = (0..self.cell_count()).map(|cell| self.corners(cell)).collect();
+        let corners: Vec<Vec<usize>> = list_of(self.cell_count(), |cell| self.corners(cell));
         free_corners(self.positions(), &corners, zones, free)
     }
 
@@ -203,7 +204,7 @@ pub trait Cells<const D: usize>: Send + Sync {
     ) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
         let pieces = self.boundary_pieces(part, parts, gauss)?;
         Ok(match choice.within {
-            Some(holds) => pieces.iter().map(|cells| cells.within(holds)).collect(),
+            Some(holds) => pieces.mapped(|cells| cells.within(holds)),
             None => pieces,
         })
     }

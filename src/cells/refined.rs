@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix2;
 
+use crate::each::{Each, EachOf, array_of, list_of};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Domain, Point, Side};
 use crate::order;
@@ -85,7 +86,7 @@ impl Refined {
     /// # Errors
     /// For odd or absent numbers of cells, and as [`Lattice::new`].
     pub fn new(domain: Arc<dyn Domain<2>>, cells: [usize; 2]) -> Result<Self, GeometryError> {
-        let base = Lattice::new(&*domain, cells.map(|c| c.saturating_add(1)), &Layout::Regular)?;
+        let base = Lattice::new(&*domain, cells.each(|c| c.saturating_add(1)), &Layout::Regular)?;
         if let Some(&count) = cells.iter().find(|&&c| c == 0 || c % 2 == 1 || c > (u32::MAX / UNIT) as usize) {
             let needed = "an even number is needed: macro cells are two cells wide";
             return Err(GeometryError::Count { what: "cells along an axis", count, needed });
@@ -203,23 +204,20 @@ impl Refined {
         for (number, (_, slot)) in numbers.iter_mut().enumerate() {
             *slot = number as u32;
         }
-        let total = self.base.cell_counts().map(|c| c as f64 * f64::from(UNIT));
+        let total = self.base.cell_counts().each(|c| c as f64 * f64::from(UNIT));
         self.places = numbers.keys().copied().collect();
         let unit = |&(y, x): &(u32, u32)| Point::<2>::new(f64::from(x) / total[0], f64::from(y) / total[1]);
-        self.positions = self.places.iter().map(|place| self.domain.position(&unit(place))).collect();
-        self.cells = squares
-            .iter()
-            .map(|&(y, x, side)| {
-                let corners = [(y, x), (y, x + side), (y + side, x + side), (y + side, x)];
-                let half = side / 2;
-                let middles = [(y, x + half), (y + half, x + side), (y + side, x + half), (y + half, x)];
-                Cell { corners: corners.map(|c| numbers[&c]), hanging: middles.map(|m| numbers.get(&m).copied()) }
-            })
-            .collect();
+        self.positions = self.places.mapped(|place| self.domain.position(&unit(place)));
+        self.cells = squares.mapped(|&(y, x, side)| {
+            let corners = [(y, x), (y, x + side), (y + side, x + side), (y + side, x)];
+            let half = side / 2;
+            let middles = [(y, x + half), (y + half, x + side), (y + side, x + half), (y + half, x)];
+            Cell { corners: corners.each(|c| numbers[&c]), hanging: middles.each(|m| numbers.get(&m).copied()) }
+        });
         // What leads from each particle to its neighbours along either axis of the domain.
         let mut directions = vec![[const { Vec::new() }; 2]; self.positions.len()];
         for (number, cell) in self.cells.iter().enumerate() {
-            let x = cell.corners.map(|c| self.positions[c as usize]);
+            let x = cell.corners.each(|c| self.positions[c as usize]);
             let measure = determinant(&[x[1] - x[0], x[3] - x[0]]).min(determinant(&[x[3] - x[2], x[1] - x[2]]));
             if !(measure > 0.0 && measure.is_finite()) {
                 return Err(GeometryError::InvertedCell { cell: number, measure });
@@ -237,8 +235,8 @@ impl Refined {
                 }
             }
         }
-        self.spacing = directions.iter().map(|directions| largest(directions.iter().flatten().copied())).collect();
-        self.axes = directions.iter().map(half_axes).collect();
+        self.spacing = directions.mapped(|directions| largest(directions.iter().flatten().copied()));
+        self.axes = directions.mapped(half_axes);
         let middles = self.sides_between(|a, b| self.domain.position(&((unit(&a) + unit(&b)) * 0.5)));
         self.bend(middles);
         Ok(self)
@@ -290,7 +288,7 @@ impl Refined {
     /// The shape of a cell, with parabolas on curved sides.
     fn shape(&self, cell: usize) -> Shape<2> {
         let corners = self.eight(cell);
-        let bulges: [Point<2>; 4] = std::array::from_fn(|side| {
+        let bulges: [Point<2>; 4] = array_of(|side| {
             let (a, b) = self.side(cell, side);
             self.bulge(a, b)
         });
@@ -316,7 +314,7 @@ impl Refined {
     }
 
     fn supports(&self, dilation: impl Fn(usize) -> Point<2>) -> Result<Particles<2>, ApproximationError> {
-        let supports = (0..self.positions.len()).map(|p| Support::Box(dilation(p))).collect();
+        let supports = list_of(self.positions.len(), |p| Support::Box(dilation(p)));
         Particles::new(self.positions.clone(), supports)
     }
 }

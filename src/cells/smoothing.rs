@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::each::{Each, EachOf, array_of, list_of, point_of};
 use crate::error::GeometryError;
 use crate::geometry::{Part, Point, Side};
 use crate::order;
@@ -40,9 +41,9 @@ impl<const D: usize> Smoothing<D> {
     /// Some of the sub-cells with their facets, each in a group of its own.
     pub(crate) fn of(&self, cells: &[usize]) -> Self {
         let mut some = Smoothing {
-            cells: cells.iter().map(|&cell| self.cells[cell].clone()).collect(),
-            interior: cells.iter().map(|&cell| self.interior[cell].clone()).collect(),
-            centres: cells.iter().map(|&cell| self.centres[cell]).collect(),
+            cells: cells.mapped(|&cell| self.cells[cell].clone()),
+            interior: cells.mapped(|&cell| self.interior[cell].clone()),
+            centres: cells.mapped(|&cell| self.centres[cell]),
             groups: (0..=cells.len()).collect(),
             facet_points: Vec::new(),
             facet_areas: Vec::new(),
@@ -67,7 +68,7 @@ impl<const D: usize> Smoothing<D> {
 
     /// Offsets of facets with the same number of points each.
     pub(super) fn even_offsets(facets: usize, points: usize) -> Vec<usize> {
-        (0..=facets).map(|facet| facet * points).collect()
+        list_of(facets + 1, |facet| facet * points)
     }
 
     /// Without sub-cells and facets.
@@ -187,9 +188,9 @@ impl<const D: usize> Smoothing<D> {
                     _ => f64::NAN,
                 }
             };
-            facets.iter().map(flux).sum::<f64>() / D as f64
+            facets.summed(flux) / D as f64
         };
-        self.cells.iter().map(volume).collect()
+        self.cells.mapped(volume)
     }
 
     /// One point for each sub-cell at the given positions, weighted by the sub-cell's measure.
@@ -251,7 +252,7 @@ impl<const D: usize> Lattice<D> {
         let mut facet_counts = [[0usize; D]; D];
         for axis in 0..D {
             first_facet[axis] = facet_points.len() / points_per_facet;
-            facet_counts[axis] = fine.counts().map(|c| c - 1);
+            facet_counts[axis] = fine.counts().each(|c| c - 1);
             facet_counts[axis][axis] += 1;
             let runs = map_ranges(facet_counts[axis].iter().product(), SERIAL_BELOW, |facets| {
                 let mut run = Vec::with_capacity(facets.len() * points_per_facet);
@@ -312,7 +313,7 @@ impl<const D: usize> Lattice<D> {
                 let base = unravel(cell as usize, &self.cell_counts());
                 for sub in 0..parts.pow(D as u32) {
                     let offset = unravel(sub, &[parts; D]);
-                    let index: [usize; D] = std::array::from_fn(|i| base[i] * parts + offset[i]);
+                    let index: [usize; D] = array_of(|i| base[i] * parts + offset[i]);
                     let mut facets = Vec::with_capacity(2 * D);
                     for axis in 0..D {
                         let lower = ravel(&index, &facet_counts[axis]);
@@ -388,9 +389,12 @@ impl<const D: usize> Lattice<D> {
                     let offset = unravel(sub, &sub_shape);
                     for point in 0..gauss.pow(D as u32 - 1) {
                         let (local, weight) = facet_point::<D>(axis, 0.0, point, &abscissae, &weights);
-                        let at = Point::<D>::from_fn(|i, _| {
-                            if i == axis { end } else { (offset[i] as f64 + local[i]) / parts as f64 }
-                        });
+                        let at =
+                            point_of::<D>(
+                                |i| {
+                                    if i == axis { end } else { (offset[i] as f64 + local[i]) / parts as f64 }
+                                },
+                            );
                         let (position, columns) = shape.map(&at);
                         let share = weight / (parts as f64).powi(D as i32 - 1);
                         let area = area_vector(axis, &columns) * (share * (2.0 * end - 1.0));
@@ -447,8 +451,8 @@ fn interior_rule<const D: usize>(
     let counts = [weights.len(); D];
     let point = |point| {
         let index = unravel(point, &counts);
-        let (position, columns) = shape.map(&Point::<D>::from_fn(|i, _| abscissae[index[i]]));
+        let (position, columns) = shape.map(&point_of::<D>(|i| abscissae[index[i]]));
         (position, index.iter().map(|&i| weights[i]).product::<f64>() * determinant(&columns))
     };
-    (0..counts.iter().product()).map(point).collect()
+    list_of(counts.iter().product(), point)
 }

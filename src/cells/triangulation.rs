@@ -1,5 +1,6 @@
 //! Cells of scattered particles: triangles.
 
+use crate::each::{Each, EachOf, list_of};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Bounds, Part, Point, Region};
 use crate::particles::{Particles, Support, check_dilation};
@@ -95,19 +96,15 @@ impl Triangulation {
         mesh.bend(region);
         let (offsets, neighbours) = mesh.neighbours();
         let row = |p: usize| &neighbours[offsets[p]..offsets[p + 1]];
-        let distances: Vec<f64> = (0..mesh.positions.len())
-            .map(|p| {
-                let sum: f64 = row(p).iter().map(|&q| (mesh.positions[q as usize] - mesh.positions[p]).norm()).sum();
-                sum / row(p).len() as f64
-            })
-            .collect();
+        let distances: Vec<f64> = list_of(mesh.positions.len(), |p| {
+            let sum: f64 = row(p).summed(|&q| (mesh.positions[q as usize] - mesh.positions[p]).norm());
+            sum / row(p).len() as f64
+        });
         // Mean over the neighbours: supports of unequal size beside each other cost accuracy.
-        let spacings = (0..mesh.positions.len())
-            .map(|p| {
-                let sum: f64 = row(p).iter().map(|&q| distances[q as usize]).sum();
-                0.5 * (distances[p] + sum / row(p).len() as f64)
-            })
-            .collect();
+        let spacings = list_of(mesh.positions.len(), |p| {
+            let sum: f64 = row(p).summed(|&q| distances[q as usize]);
+            0.5 * (distances[p] + sum / row(p).len() as f64)
+        });
         Triangulation { mesh, names: region.names.clone(), spacings, locator: Locator::default(), left: None }
     }
 
@@ -214,7 +211,7 @@ impl Cells<2> for Triangulation {
     }
 
     fn corners(&self, cell: usize) -> Vec<usize> {
-        self.mesh.triangles[cell].map(|p| p as usize).to_vec()
+        self.mesh.triangles[cell].each(|p| p as usize).to_vec()
     }
 
     fn local_spacing(&self, particle: usize) -> f64 {
@@ -223,7 +220,7 @@ impl Cells<2> for Triangulation {
 
     fn particles(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
         check_dilation(r)?;
-        let supports = self.spacings.iter().map(|h| Support::Ball(2.0 * r * h)).collect();
+        let supports = self.spacings.mapped(|h| Support::Ball(2.0 * r * h));
         Particles::new(self.mesh.positions.clone(), supports)
     }
 

@@ -5,6 +5,7 @@ mod faces;
 mod inside;
 mod traces;
 
+use crate::each::{Each, EachOf, list_of, point_of};
 use crate::error::{ApproximationError, Error, GeometryError, MeshError};
 use crate::geometry::{Part, Point, padded};
 use crate::mesh::Mesh;
@@ -59,7 +60,7 @@ impl<const D: usize> Unstructured<D> {
                 inertia.add_point(&padded(&at), weight);
             }
         }
-        inertia.in_body(|at, weight| points.push((Point::from_fn(|i, _| at[i]), weight)));
+        inertia.in_body(|at, weight| points.push((point_of(|i| at[i]), weight)));
         points
     }
 
@@ -110,7 +111,7 @@ impl<const D: usize> Unstructured<D> {
         }
         let edges = cells.flat_map(|cell| {
             let (shape, corners) = mesh.cell(cell);
-            shape.edges().iter().map(|edge| edge.map(|k| corners[k]).into_iter())
+            shape.edges().iter().map(|edge| edge.each(|k| corners[k]).into_iter())
         });
         let edges = Graph::sharing(mesh.points().len(), edges);
         let spacings = smoothed_spacings(mesh.points(), &edges);
@@ -165,14 +166,14 @@ impl<const D: usize> Unstructured<D> {
 fn smoothed_spacings<const D: usize>(positions: &[Point<D>], neighbours: &Graph) -> Vec<f64> {
     let mean = |particle: usize, value: &dyn Fn(u32) -> f64| {
         let row = neighbours.row(particle);
-        row.iter().map(|&other| value(other)).sum::<f64>() / row.len() as f64
+        row.summed(|&other| value(other)) / row.len() as f64
     };
-    let distances: Vec<f64> = (0..positions.len())
-        .map(|particle| mean(particle, &|other| (positions[other as usize] - positions[particle]).norm()))
-        .collect();
-    (0..positions.len())
-        .map(|particle| 0.5 * (distances[particle] + mean(particle, &|other| distances[other as usize])))
-        .collect()
+    let distances: Vec<f64> = list_of(positions.len(), |particle| {
+        mean(particle, &|other| (positions[other as usize] - positions[particle]).norm())
+    });
+    list_of(positions.len(), |particle| {
+        0.5 * (distances[particle] + mean(particle, &|other| distances[other as usize]))
+    })
 }
 
 /// Refuses numbers of sub-cells that meshes don't have.
@@ -206,7 +207,7 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
 
     fn particles(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
         check_dilation(r)?;
-        let supports = self.spacings.iter().map(|h| Support::Ball(2.0 * r * h)).collect();
+        let supports = self.spacings.mapped(|h| Support::Ball(2.0 * r * h));
         Particles::new(self.positions().to_vec(), supports)
     }
 
@@ -222,10 +223,10 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
     }
 
     fn zones(&self, size: usize) -> Zones {
-        let cells: Vec<&[u32]> = (0..self.cell_count()).map(|cell| self.mesh.cell(cell).1).collect();
+        let cells: Vec<&[u32]> = list_of(self.cell_count(), |cell| self.mesh.cell(cell).1);
         let beside = |cell: usize| -> Box<dyn Iterator<Item = (u32, f64)> + '_> {
             let faces = (0..self.mesh.cell(cell).0.faces().len()).map(move |side| self.faces.of(cell, side));
-            let around = faces.flat_map(move |face| self.faces.beside(face).map(|other| (other, face)));
+            let around = faces.flat_map(move |face| self.faces.beside(face).each(|other| (other, face)));
             let others = around.filter(move |&(other, _)| other != faces::NONE && other as usize != cell);
             Box::new(others.map(|(other, face)| (other, self.faces.measure(self.mesh.points(), face))))
         };

@@ -1,5 +1,6 @@
 //! Cells of scattered particles: Voronoi cells clipped by the boundary.
 
+use crate::each::EachOf;
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Part, Point, Region};
 use crate::particles::Particles;
@@ -106,8 +107,8 @@ impl Cells<2> for Voronoi {
         for group in fans.groups.windows(2) {
             for fan in group[0]..group[1] {
                 let corners = &fans.corners[fans.offsets[fan]..fans.offsets[fan + 1]];
-                let sides = [0, 1, 2].map(|k| fans.bulge(corners[k], corners[(k + 1) % 3]));
-                collapse(&rule, &[0, 1, 2].map(|k| fans.vertices[corners[k] as usize]), &sides, &mut points);
+                let sides = [0, 1, 2].each(|k| fans.bulge(corners[k], corners[(k + 1) % 3]));
+                collapse(&rule, &[0, 1, 2].each(|k| fans.vertices[corners[k] as usize]), &sides, &mut points);
             }
             points.close_group();
         }

@@ -5,6 +5,7 @@ use std::ops::AddAssign;
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
+use crate::each::{Each, list_of};
 use crate::error::GeometryError;
 use crate::geometry::{Point, padded};
 
@@ -72,7 +73,7 @@ impl Zones {
     pub fn share(&self, part: usize, parts: usize, key: impl Fn(u32) -> u64) -> Self {
         let mut order: Vec<usize> = (0..self.offsets.len().saturating_sub(1)).collect();
         let first = |zone: usize| self.cells.get(self.offsets[zone]).map_or(0, |&cell| key(cell));
-        let keys: Vec<u64> = order.iter().map(|&zone| first(zone)).collect();
+        let keys: Vec<u64> = order.mapped(|&zone| first(zone));
         crate::order::sort(&mut order, &|&a, &b| keys[a].cmp(&keys[b]));
         let (total, parts) = (self.cells.len() as u128, parts.max(1) as u128);
         let mut share = Zones { cells: Vec::new(), offsets: vec![0], partial: true };
@@ -125,7 +126,7 @@ impl Zones {
 /// First cell of each block of `size`, and the end; the left-over cells belong to the last block.
 pub(super) fn block_starts(cells: usize, size: usize) -> Vec<usize> {
     let blocks = (cells / size).max(1);
-    let mut starts: Vec<usize> = (0..blocks).map(|b| b * size).collect();
+    let mut starts: Vec<usize> = list_of(blocks, |b| b * size);
     starts.push(cells);
     starts
 }
@@ -279,7 +280,7 @@ pub(super) fn stars<'a>(
     // Where a body is one cell thick there are no inner particles: those of its boundary stand in for them.
     let thin = far(around, &seeds);
     let free: Vec<bool> = on_boundary.iter().zip(&thin).map(|(on, thin)| !on || *thin).collect();
-    let others: Vec<bool> = thin.iter().map(|thin| !thin).collect();
+    let others: Vec<bool> = thin.mapped(|thin| !thin);
     seeds.extend(self::seeds(around, &others, size));
     let mut seeded = vec![NONE; on_boundary.len()];
     for (zone, &seed) in seeds.iter().enumerate() {
@@ -287,7 +288,7 @@ pub(super) fn stars<'a>(
     }
     // No cell holds two seeds.
     let seed_of = |corners: &&[u32]| corners.iter().find_map(|&c| Some(seeded[c as usize]).filter(|z| *z != NONE));
-    let zone_of = cells.iter().map(|corners| seed_of(corners).unwrap_or(NONE)).collect();
+    let zone_of = cells.mapped(|corners| seed_of(corners).unwrap_or(NONE));
     let zones = grow(zone_of, seeds.len(), |cell| Box::new(beside(cell).map(|side| side.0)));
     let mut zone_of = vec![0u32; cells.len()];
     for (zone, range) in zones.offsets.windows(2).enumerate() {

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use crate::cells::Cells;
+use crate::each::Each;
 use crate::error::{Error, GeometryError};
 use crate::geometry::{Bounds, Disjoint, Point};
 use crate::paper::Cover;
@@ -38,7 +39,7 @@ pub(super) fn cover<const D: usize>(
         cover.lost += usize::from(rcond == 0.0);
         rcond == 0.0
     };
-    let at_particles: Vec<bool> = cells.positions().iter().map(&mut is_lost).collect();
+    let at_particles: Vec<bool> = cells.positions().mapped(&mut is_lost);
     let mut gaps = Vec::new();
     if points.groups.len() != cells.cell_count() + 1 {
         let (count, needed) = (points.groups.len().saturating_sub(1), "Cells::gauss_in gives one for each zone");

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::compiled::compiled;
+use crate::each::{Each, sum_of};
 use crate::error::{Error, LinearError};
 use crate::geometry::Part;
 use crate::scene::{Scene, Scheme};
@@ -98,7 +99,7 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<InfSup,
     let constant = DMatrix::from_column_slice(pressures.count, 1, &pressures.constant);
     let squares = spectrum(Complement::of(constant).compress(schur))?;
     // Rounding may leave a zero below zero.
-    let beta: Vec<f64> = squares.iter().map(|b| b.max(0.0).sqrt()).collect();
+    let beta: Vec<f64> = squares.mapped(|b| b.max(0.0).sqrt());
     let spurious = beta.iter().filter(|b| **b < UNSEEN).count();
     Ok(InfSup {
         constant: beta.first().copied().unwrap_or(f64::NAN),
@@ -171,7 +172,7 @@ fn matrices<const D: usize>(
         let hoop = |a: usize| if hoops > 0.0 { gradients[D * n + a] } else { 0.0 };
         for (b, &column) in nodes.iter().enumerate() {
             for (a, &row) in nodes.iter().enumerate() {
-                let plane: f64 = (0..D).map(|s| gradients[s * n + a] * gradients[s * n + b]).sum();
+                let plane: f64 = sum_of(D, |s| gradients[s * n + a] * gradients[s * n + b]);
                 laplacian[(row as usize, column as usize)] += weight * (plane + hoops * hoop(a) * hoop(b));
             }
             let change = gradients[component * n + b] + hoops * hoop(b);

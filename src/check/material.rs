@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
+use crate::each::{Each, list_of};
 use crate::material::{Distortion, InvariantEnergy, Material, Past, Response, VolumetricEnergy, stable_ranges};
 use crate::tensor::{Tangent, Vector9, components, from_components};
 
@@ -41,7 +42,7 @@ const ROUNDING: f64 = 1e-10;
 /// ```
 pub fn material(material: &dyn Material) -> Report {
     let mut random = fastrand::Rng::with_seed(2);
-    let samples: Vec<Matrix3<f64>> = (0..SAMPLES).map(|_| deformation(&mut random)).collect();
+    let samples: Vec<Matrix3<f64>> = list_of(SAMPLES, |_| deformation(&mut random));
     let rest = material.response(&Matrix3::identity());
     let stiffness = rest.tangent.norm();
 
@@ -234,7 +235,7 @@ pub fn invariant_energy(energy: &dyn InvariantEnergy) -> Report {
         let (i1, i2) = (bar.norm_squared(), crate::tensor::cofactor(&bar).norm_squared());
         let place = || format!("I1 = {i1}, I2 = {i2}");
         let exact = energy.evaluate(i1, i2);
-        let size = list(&exact)[1..].iter().map(|w| w.abs()).sum::<f64>();
+        let size = list(&exact)[1..].summed(|w| w.abs());
         let excess = list(&energy.evaluate_excess(i1 - 3.0, i2 - 3.0));
         for (a, b) in excess.iter().zip(list(&exact)) {
             same.see((a - b).abs() / size, place);
@@ -248,7 +249,7 @@ pub fn invariant_energy(energy: &dyn InvariantEnergy) -> Report {
         let (by_first, by_second) = (along([1.0, 0.0]), along([0.0, 1.0]));
         first.see(((by_first[0] - exact.w1).abs() + (by_second[0] - exact.w2).abs()) / size, place);
         let errors = [by_first[1] - exact.w11, by_second[1] - exact.w12, by_first[2] - exact.w12];
-        let error = errors.iter().map(|e| e.abs()).sum::<f64>() + (by_second[2] - exact.w22).abs();
+        let error = errors.summed(|e| e.abs()) + (by_second[2] - exact.w22).abs();
         second.see(error / size, place);
     }
     Report::default().with([same, first, second])

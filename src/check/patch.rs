@@ -2,6 +2,7 @@
 
 use nalgebra::SMatrix;
 
+use crate::each::array_of;
 use crate::error::{Error, GeometryError, Invalid};
 use crate::geometry::{Domain, Part, Point};
 use crate::kinematics::Kinematics;
@@ -98,7 +99,7 @@ fn check_gradient<const D: usize>(gradient: &SMatrix<f64, D, D>, hoops: &[usize]
     }
     let deformation = gradient + SMatrix::<f64, D, D>::identity();
     // The hoops stretch as the radius does.
-    let plane = crate::cells::determinant(&std::array::from_fn(|j| deformation.column(j).into_owned()));
+    let plane = crate::cells::determinant(&array_of(|j| deformation.column(j).into_owned()));
     let value = hoops.iter().fold(plane, |jacobian, _| jacobian * deformation[(0, 0)]);
     if value <= 0.0 {
         let (what, needed) = ("det F of the patch test", "the body would be inverted: give a gradient with det F > 0");

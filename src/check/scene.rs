@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::boundary::dependent;
 use crate::compiled::compiled;
+use crate::each::EachOf;
 use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
 use crate::material::{Material, Past};
 use crate::paper::Cover;
@@ -234,7 +235,7 @@ fn without_effect<const D: usize>(scene: &Scene<D>) -> Vec<String> {
 fn relaxes(law: &dyn Material) -> bool {
     let memory = law.rest();
     let stretched = Matrix3::from_diagonal(&Vector3::new(1.1, 1.0, 1.0 / 1.1));
-    let [sudden, slow] = [0.0, f64::MAX].map(|elapsed| law.energy_from(&stretched, Past { memory: &memory, elapsed }));
+    let [sudden, slow] = [0.0, f64::MAX].each(|elapsed| law.energy_from(&stretched, Past { memory: &memory, elapsed }));
     sudden != slow
 }
 

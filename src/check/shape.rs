@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::Basis;
+use crate::each::{Each, list_of, point_of};
 use crate::geometry::Point;
 use crate::kernel::Kernel;
 
@@ -87,7 +88,7 @@ fn jumps(kernel: &dyn Kernel, top: f64) -> Law {
 /// [`Kernel::fill`] against the kernel point by point, for lists of several lengths.
 fn filled(kernel: &dyn Kernel, top: f64) -> Law {
     let mut same = Law::new("fill gives what value_and_slope gives", SAME);
-    let distances: Vec<f64> = (0..KERNEL_SAMPLES).map(|i| 1.05 * (i as f64 + 0.377) / KERNEL_SAMPLES as f64).collect();
+    let distances: Vec<f64> = list_of(KERNEL_SAMPLES, |i| 1.05 * (i as f64 + 0.377) / KERNEL_SAMPLES as f64);
     for count in [1, 3, 8, 13, KERNEL_SAMPLES] {
         // What is not written stays a NaN and shows.
         let (mut values, mut slopes) = (vec![f64::NAN; count], vec![f64::NAN; count]);
@@ -136,7 +137,7 @@ pub fn basis<const D: usize>(basis: &dyn Basis<D>) -> Report {
         return Report::default().unchecked(format!("all laws: {terms} terms, at most {TERM_LIMIT} are checked"));
     }
     let mut random = fastrand::Rng::with_seed(1);
-    let samples: Vec<Point<D>> = (0..4 * terms + 20).map(|_| Point::from_fn(|_, _| signed(&mut random))).collect();
+    let samples: Vec<Point<D>> = list_of(4 * terms + 20, |_| Point::from_fn(|_, _| signed(&mut random)));
     let fill = |x: &Point<D>| {
         let (mut h, mut dh) = (vec![0.0; terms], vec![Point::<D>::zeros(); terms]);
         basis.fill(x, &mut h, &mut dh);
@@ -192,8 +193,8 @@ pub fn basis<const D: usize>(basis: &dyn Basis<D>) -> Report {
         }
     };
     constant.see(distance(DVector::repeat(samples.len(), 1.0)), || "samples in [-1, 1]".into());
-    let shift = Point::<D>::from_fn(|i, _| 0.3 - 0.2 * i as f64);
-    let shifted: Vec<Vec<f64>> = samples.iter().map(|x| fill(&(x * 0.7 + shift)).0).collect();
+    let shift = point_of::<D>(|i| 0.3 - 0.2 * i as f64);
+    let shifted: Vec<Vec<f64>> = samples.mapped(|x| fill(&(x * 0.7 + shift)).0);
     for k in 0..terms {
         let values = DVector::from_fn(samples.len(), |row, _| shifted[row][k]);
         closed.see(distance(values), || format!("function {k} at 0.7 xi + {:?}", shift.as_slice()));

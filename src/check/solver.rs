@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::assembly::Pattern;
+use crate::each::{Each, list_of};
 use crate::error::LinearError;
 use crate::linear::{Inertia, LinearSolver, LinearSystem, MatrixClass, after_their_rows};
 
@@ -65,7 +66,7 @@ pub fn solver(solver: &dyn LinearSolver) -> Report {
 /// wrong sign (NaN where unknown).
 fn solve(solver: &dyn LinearSolver, case: &Case) -> Result<[f64; 3], LinearError> {
     let n = case.pattern.size();
-    let rhs: Vec<f64> = (0..n).map(|i| 1.0 + (i as f64).sin()).collect();
+    let rhs: Vec<f64> = list_of(n, |i| 1.0 + (i as f64).sin());
     let mut solver = solver.fresh();
     solver.analyze(&case.pattern, case.class, case.order.as_deref())?;
     let mut residual = |values: &[f64]| -> Result<(f64, Option<Inertia>), LinearError> {
@@ -76,10 +77,10 @@ fn solve(solver: &dyn LinearSolver, case: &Case) -> Result<[f64; 3], LinearError
         let mut product = vec![0.0; n];
         case.pattern.multiply_add(values, &x, &mut product);
         let error = product.iter().zip(&rhs).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
-        Ok((error / rhs.iter().map(|b| b * b).sum::<f64>().sqrt(), inertia))
+        Ok((error / rhs.summed(|b| b * b).sqrt(), inertia))
     };
     let (first, inertia) = residual(&case.values)?;
-    let doubled: Vec<f64> = case.values.iter().map(|v| 2.0 * v).collect();
+    let doubled: Vec<f64> = case.values.mapped(|v| 2.0 * v);
     let (second, _) = residual(&doubled)?;
     let wrong = match (inertia, case.inertia) {
         (Some(given), Some(right)) => given.negative.abs_diff(right.negative) + given.positive.abs_diff(right.positive),
@@ -92,18 +93,16 @@ fn solve(solver: &dyn LinearSolver, case: &Case) -> Result<[f64; 3], LinearError
 /// rows that tie pairs of unknowns are appended.
 fn square(shift: f64, constraints: usize) -> (Pattern, Vec<f64>) {
     let n = SIDE * SIDE;
-    let mut columns: Vec<Vec<(u32, f64)>> = (0..n)
-        .map(|k| {
-            let mut column = vec![(k as u32, 4.0 + shift)];
-            if (k + 1) % SIDE != 0 {
-                column.push((k as u32 + 1, -1.0));
-            }
-            if k + SIDE < n {
-                column.push(((k + SIDE) as u32, -1.0));
-            }
-            column
-        })
-        .collect();
+    let mut columns: Vec<Vec<(u32, f64)>> = list_of(n, |k| {
+        let mut column = vec![(k as u32, 4.0 + shift)];
+        if (k + 1) % SIDE != 0 {
+            column.push((k as u32 + 1, -1.0));
+        }
+        if k + SIDE < n {
+            column.push(((k + SIDE) as u32, -1.0));
+        }
+        column
+    });
     for c in 0..constraints {
         // Pairs without common unknowns: the rows are independent.
         columns[4 * c].push(((n + c) as u32, 1.0));
@@ -114,7 +113,7 @@ fn square(shift: f64, constraints: usize) -> (Pattern, Vec<f64>) {
 }
 
 fn assemble(columns: Vec<Vec<(u32, f64)>>) -> (Pattern, Vec<f64>) {
-    let pattern = Pattern::from_columns(columns.iter().map(|c| c.iter().map(|e| e.0).collect()).collect());
+    let pattern = Pattern::from_columns(columns.mapped(|c| c.mapped(|e| e.0)));
     let mut values = vec![0.0; pattern.entries()];
     for (column, entries) in columns.iter().enumerate() {
         for &(row, value) in entries {

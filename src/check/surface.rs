@@ -1,5 +1,6 @@
 //! Surfaces of triangles: what keeps them from enclosing a solid.
 
+use crate::each::Each;
 use crate::error::GeometryError;
 use crate::geometry::Point;
 use crate::solid::SurfaceFlaws;
@@ -27,13 +28,10 @@ const LISTED: usize = 20;
 pub fn surface(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Result<Report, GeometryError> {
     let flaws = SurfaceFlaws::of(vertices, facets)?;
     let middle = |edge: &[Point<3>; 2]| (edge[0] + edge[1]) * 0.5;
-    let middles = |edges: &[[Point<3>; 2]]| edges.iter().map(middle).collect::<Vec<_>>();
-    let crossings = flaws.crossing.iter().map(|(_, at)| *at).collect();
+    let middles = |edges: &[[Point<3>; 2]]| edges.mapped(middle);
+    let crossings = flaws.crossing.mapped(|(_, at)| *at);
     let of_facets = |numbers: &[usize]| -> Vec<Point<3>> {
-        numbers
-            .iter()
-            .map(|&facet| facets[facet].iter().map(|&v| vertices[v as usize]).sum::<Point<3>>() / 3.0)
-            .collect()
+        numbers.mapped(|&facet| facets[facet].iter().map(|&v| vertices[v as usize]).sum::<Point<3>>() / 3.0)
     };
     let laws = [
         ("edges bound two facets", middles(&flaws.open)),

@@ -1,6 +1,7 @@
 //! The contract of terms.
 
 use crate::assembly::fault;
+use crate::each::Each;
 use crate::error::{Error, Invalid, SolveError};
 use crate::linear::vector::norm;
 use crate::term::{Coupling, Element, Form, Term, View, parted_mut};
@@ -223,7 +224,7 @@ impl<'a> Probe<'a> {
             let full = full_matrix(self.term.dim(), &element, self.term.layout().symmetric);
             let forces = norm(&element.residual);
             for _ in 0..DIRECTIONS {
-                let direction: Vec<f64> = element.residual.iter().map(|_| signed(&mut random)).collect();
+                let direction: Vec<f64> = element.residual.mapped(|_| signed(&mut random));
                 let (plus, minus) =
                     (self.moved(cluster, &direction, self.step), self.moved(cluster, &direction, -self.step));
                 let (Some(l_plus), Some(l_minus)) = (self.solved(&plus, self.load), self.solved(&minus, self.load))

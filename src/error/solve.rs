@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::{Cause, Doubt, Invalid, Stalled};
+use crate::each::Each;
 
 /// What went wrong in an analysis.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -160,7 +161,7 @@ impl From<SolveError> for Cause {
 
 /// Doubts in one line.
 fn list(doubts: &[Doubt]) -> String {
-    doubts.iter().map(Doubt::to_string).collect::<Vec<_>>().join("; ")
+    doubts.mapped(Doubt::to_string).join("; ")
 }
 
 /// A number of bytes in the unit that suits its size.

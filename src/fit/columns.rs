@@ -3,6 +3,7 @@
 use csv::{ReaderBuilder, StringRecord, Trim};
 
 use super::FitError;
+use crate::each::EachOf;
 
 /// Separators of columns, in the order in which they are tried.
 const SEPARATORS: [u8; 3] = *b"\t;,";
@@ -182,7 +183,7 @@ impl<'a> Rows<'a> {
             row += 1;
             let wrong = |what: String| FitError::Row { row, what };
             let record = record.map_err(|e| wrong(e.to_string()))?;
-            let [mode, stretch, stress] = self.columns.map(|c| record.get(c).unwrap_or_default());
+            let [mode, stretch, stress] = self.columns.each(|c| record.get(c).unwrap_or_default());
             // Spreadsheets write rows of separators; a row of units stands under some headers.
             let no_data = |text: &str| words(text).iter().all(|word| UNITS.contains(&word.as_str()));
             if record.iter().all(str::is_empty) || row == 1 && no_data(stretch) && no_data(stress) {

@@ -1,5 +1,6 @@
 //! How well data determine coefficients.
 
+use crate::each::{list_of, sum_of};
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{DMatrix, DVector};
@@ -35,10 +36,10 @@ pub(super) fn confidence(jacobian: &DMatrix<f64>, residuals: &[f64]) -> (f64, Ve
     let quantile = quantile(points - count);
     let half = |c: usize| {
         let variance: f64 =
-            (0..points).map(|i| (spread[(c, i)] * residuals[i] / (1.0 - leverages[i]).max(1e-6)).powi(2)).sum();
+            sum_of(points, |i| (spread[(c, i)] * residuals[i] / (1.0 - leverages[i]).max(1e-6)).powi(2));
         quantile * variance.sqrt() / sizes[c]
     };
-    (condition, (0..count).map(half).collect())
+    (condition, list_of(count, half))
 }
 
 /// The 97.5 % quantile of Student's distribution, $t = \sqrt n\tan\theta$ with

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::FitError;
 use super::columns::Rows;
+use crate::each::Each;
 use crate::material::Mode;
 
 /// One test: its points and its weight among the others.
@@ -135,7 +136,7 @@ impl TestData {
 impl Test {
     /// The root of the mean square of the stresses \[stress\].
     pub(crate) fn size(&self) -> f64 {
-        (self.points.iter().map(|[_, stress]| stress * stress).sum::<f64>() / self.points.len() as f64).sqrt()
+        (self.points.summed(|[_, stress]| stress * stress) / self.points.len() as f64).sqrt()
     }
 
     /// Smallest and largest stretch.

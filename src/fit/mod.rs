@@ -34,6 +34,7 @@ mod search;
 
 use std::sync::Arc;
 
+use crate::each::{Each, EachOf};
 use crate::material::{Criterion, Material, Mode, SEARCHED, StableRange, stable_ranges, stable_ranges_incompressible};
 
 pub use crate::error::FitError;
@@ -201,7 +202,7 @@ impl Fit {
         if points < coefficients {
             return Err(FitError::TooFew { law, points, coefficients });
         }
-        let mean = shapes.iter().map(|t| t.modulus().ln()).sum::<f64>() / shapes.len() as f64;
+        let mean = shapes.summed(|t| t.modulus().ln()) / shapes.len() as f64;
         Ok(mean.exp())
     }
 
@@ -210,7 +211,7 @@ impl Fit {
         let mut coefficients = self.family.coefficients();
         let unusable = |what: String| FitError::Coefficient { law: self.family.name(), what };
         for (name, [low, high]) in &self.bounds {
-            let names = coefficients.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
+            let names = coefficients.mapped(|c| c.name.as_str()).join(", ");
             let Some(c) = coefficients.iter_mut().find(|c| c.name == *name) else {
                 return Err(unusable(format!("no coefficient {name}; there are {names}")));
             };
@@ -227,7 +228,7 @@ impl Fit {
             // Starts inside of the new bounds.
             let inside = |x: f64| x.clamp(low, high);
             c.bounds = [low, high];
-            c.start = c.start.map(inside);
+            c.start = c.start.each(inside);
             if c.start[0] >= c.start[1] {
                 let reach = |end: f64, other: f64| if end.is_finite() { end } else { other };
                 c.start = [reach(low, high - 1.0), reach(high, low + 1.0)];
@@ -247,7 +248,7 @@ fn broken(ranges: &[StableRange], data: &TestData) -> Option<(StableRange, [f64;
             range.criterion == criterion
                 && data.test(range.mode).is_some_and(|test| {
                     // Data from stretches on that were not searched ask for nothing there.
-                    let [low, high] = test.range().map(|stretch| stretch.clamp(SEARCHED[0], SEARCHED[1]));
+                    let [low, high] = test.range().each(|stretch| stretch.clamp(SEARCHED[0], SEARCHED[1]));
                     !(range.contains(low) && range.contains(high))
                 })
         }
@@ -312,13 +313,10 @@ fn fitted(residuals: &Residuals<'_>, values: &[f64], half: Vec<f64>, warnings: &
 
 /// The misfit of each test.
 fn misfits(report: &Report, data: &TestData) -> Vec<Misfit> {
-    data.tests()
-        .iter()
-        .map(|test| {
-            let error = |[x, p]: &[f64; 2]| (report.stress(test.mode, *x) - p).powi(2);
-            let sum: f64 = test.points.iter().map(error).sum();
-            let points = test.points.len();
-            Misfit { mode: test.mode, points, relative: (sum / points as f64).sqrt() / test.size() }
-        })
-        .collect()
+    data.tests().mapped(|test| {
+        let error = |[x, p]: &[f64; 2]| (report.stress(test.mode, *x) - p).powi(2);
+        let sum: f64 = test.points.summed(error);
+        let points = test.points.len();
+        Misfit { mode: test.mode, points, relative: (sum / points as f64).sqrt() / test.size() }
+    })
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 #[cfg(feature = "chart")]
 use super::data::TestData;
 use super::search::predict;
+use crate::each::EachOf;
 use crate::error::MaterialError;
 use crate::material::{Criterion, Material, Mode, NearlyIncompressible, QuadraticVolume, StableRange};
 
@@ -185,7 +186,7 @@ impl Report {
         let shapes = self.data.tests().iter().filter(|test| test.mode != Mode::Volumetric);
         for ((test, colour), marker) in shapes.zip(colours).zip(markers) {
             const CURVE: usize = 120;
-            let [low, high] = test.range().map(|end| end.ln());
+            let [low, high] = test.range().each(|end| end.ln());
             let (low, high) = (low.min(0.0), high.max(0.0));
             let stretches = (0..=CURVE).map(|k| (low + (high - low) * k as f64 / CURVE as f64).exp());
             let curve: Vec<[f64; 2]> =

@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use nalgebra_of_levenberg_marquardt as other;
 
 use super::{Coefficient, Family, TestData};
+use crate::each::{Each, EachOf};
 use crate::material::{Material, Mode};
 
 /// A residual where the law has no answer: far above any error of a fit, so that the step is taken back.
@@ -44,13 +45,13 @@ pub(super) struct End {
 
 impl End {
     pub(crate) fn cost(&self) -> f64 {
-        self.residuals.iter().map(|r| r * r).sum()
+        self.residuals.summed(|r| r * r)
     }
 }
 
 impl<'a> Residuals<'a> {
     pub(crate) fn new(family: &'a dyn Family, coefficients: Vec<Coefficient>, data: &TestData, modulus: f64) -> Self {
-        let units = coefficients.iter().map(|c| if c.is_stress { modulus } else { 1.0 }).collect();
+        let units = coefficients.mapped(|c| if c.is_stress { modulus } else { 1.0 });
         let seen = data.tests().iter().filter(|t| family.is_compressible() || t.mode != Mode::Volumetric);
         let points = seen
             .flat_map(|test| {
@@ -67,7 +68,7 @@ impl<'a> Residuals<'a> {
         let residual = |&(mode, stretch, stress, factor): &(Mode, f64, f64, f64)| {
             (predict(&law, self.family.is_compressible(), mode, stretch) - stress) * factor
         };
-        self.points.iter().map(residual).collect()
+        self.points.mapped(residual)
     }
 
     /// $\partial r/\partial c$ by central differences; zero columns where the law has no answer on either side.
@@ -107,7 +108,7 @@ impl<'a> Residuals<'a> {
             let value = if low > 0.0 { low * (high / low).powf(t) } else { low + (high - low) * t };
             freed(c, value)
         };
-        self.coefficients.iter().map(of).collect()
+        self.coefficients.mapped(of)
     }
 
     /// The free numbers of values of the coefficients.
@@ -149,14 +150,14 @@ impl<'a> Residuals<'a> {
                 if square <= 0.0 {
                     continue;
                 }
-                let [low, high] = coefficient.bounds.map(|b| b * self.units[c]);
+                let [low, high] = coefficient.bounds.each(|b| b * self.units[c]);
                 let least = if low.is_finite() { low + LEAST * self.units[c] } else { low };
                 let next = (values[c] - column.dot(&left) / square).clamp(least, high.max(least));
                 left.axpy(next - values[c], &column, 1.0);
                 values[c] = next;
             }
         }
-        let better = self.at(&values).iter().map(|r| r * r).sum::<f64>().sqrt() < before;
+        let better = self.at(&values).summed(|r| r * r).sqrt() < before;
         if better { self.free(&values) } else { start }
     }
 

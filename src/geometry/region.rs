@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::each::Each;
 use crate::error::{GeometryError, Invalid};
 
 use super::Point;
@@ -59,7 +60,7 @@ impl Region {
         for (index, outline) in std::iter::once(outline).chain(holes).enumerate() {
             let curves = outline.curves()?;
             let corner = curves[0].0.at(0.0);
-            let area: f64 = curves.iter().map(|(curve, _)| curve.signed_area(&corner)).sum();
+            let area: f64 = curves.summed(|(curve, _)| curve.signed_area(&corner));
             let mut parts = Vec::with_capacity(curves.len());
             for (curve, name) in curves {
                 let part = region.names.iter().position(|n| *n == name).unwrap_or(region.names.len());

@@ -1,6 +1,7 @@
 //! Rigid motions of bodies.
 
 use super::Point;
+use crate::each::point_of;
 
 /// An infinitesimal rigid motion: a translation along an axis, or a rotation in the plane of it and of a lower one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +27,7 @@ impl RigidMode {
 
     /// The displacement at an offset from the centre.
     pub(crate) fn at<const D: usize>(&self, offset: &Point<D>) -> Point<D> {
-        Point::from_fn(|k, _| match self.lower {
+        point_of(|k| match self.lower {
             None => f64::from(u8::from(k == self.axis)),
             Some(lower) if k == self.axis => offset[lower],
             Some(lower) if k == lower => -offset[self.axis],

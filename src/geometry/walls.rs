@@ -1,6 +1,7 @@
 //! Walls of regions: where the outline faces away from itself.
 
 use super::{Point, Region};
+use crate::each::EachOf;
 
 /// Cosine of the angle within which sides of a wall face away from each other, 10°.
 pub(crate) const OPPOSITE: f64 = 0.985;
@@ -26,7 +27,7 @@ impl Region {
         for (own, &(a, b)) in self.chords.iter().enumerate() {
             let length = (b - a).norm();
             let inward = Point::<2>::new(a[1] - b[1], b[0] - a[0]) / length;
-            let limits = [a, (a + b) * 0.5, b].map(|x| thinner(&x));
+            let limits = [a, (a + b) * 0.5, b].each(|x| thinner(&x));
             let pieces = (length / limits.into_iter().fold(f64::INFINITY, f64::min) * 4.0).ceil();
             if !(pieces <= MOST) {
                 continue;

@@ -15,6 +15,7 @@ use faer::sparse::linalg::{SupernodalThreshold, amd};
 use faer::{Par, Side, Spec};
 
 use crate::assembly::{Pattern, release};
+use crate::each::{Each, sum_of};
 use crate::error::LinearError;
 
 use super::factors::{Cholesky, Kind, Matrix, Memory, check_length, out_of_memory, signs};
@@ -109,7 +110,7 @@ pub(crate) fn minimum_degree(pattern: &Pattern, count: usize) -> Result<Vec<usiz
 /// # Errors
 /// Where memory runs out.
 pub(crate) fn multiplications(pattern: &Pattern, order: &[usize]) -> Result<f64, LinearError> {
-    let columns: Vec<u32> = pattern.columns.iter().map(|&c| c as u32).collect();
+    let columns: Vec<u32> = pattern.columns.mapped(|&c| c as u32);
     let symbolic = symbolic(pattern, &columns, order)?;
     let SymbolicCholeskyRaw::Supernodal(factor) = symbolic.raw() else { return Ok(0.0) };
     let of_block = |block: usize| {
@@ -118,7 +119,7 @@ pub(crate) fn multiplications(pattern: &Pattern, order: &[usize]) -> Result<f64,
         // Its triangle, what stands below it, and what that takes from the blocks after it.
         own * (own * own / 6.0 + own * below / 2.0 + below * below / 2.0)
     };
-    Ok((0..factor.n_supernodes()).map(of_block).sum())
+    Ok(sum_of(factor.n_supernodes(), of_block))
 }
 
 /// The symbolic factor, always by supernodes: rows of hundreds of entries make even small ones faster than single
@@ -147,7 +148,7 @@ fn symbolic(pattern: &Pattern, columns: &[u32], order: &[usize]) -> Result<Symbo
         }
         inverse[old] = new as u32;
     }
-    let forward: Vec<u32> = order.iter().map(|&old| old as u32).collect();
+    let forward: Vec<u32> = order.mapped(|&old| old as u32);
     let lower = SymbolicSparseColMatRef::new_checked(n, n, columns, None, &pattern.rows);
     let ordering = SymmetricOrdering::Custom(PermRef::new_checked(&forward, &inverse, n));
     factorize_symbolic_cholesky(lower, Side::Lower, ordering, params).map_err(failed)
@@ -186,7 +187,7 @@ impl Cholesky {
         }
         pattern.validate()?;
         let n = pattern.size();
-        let columns: Vec<u32> = pattern.columns.iter().map(|&c| c as u32).collect();
+        let columns: Vec<u32> = pattern.columns.mapped(|&c| c as u32);
         let saddle = class.constraints().min(n);
         let own = match order {
             Some(_) => Vec::new(),

@@ -11,6 +11,7 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 
 use crate::assembly::add_column;
+use crate::each::Each;
 use crate::error::LinearError;
 
 use super::{Inertia, MatrixClass};
@@ -47,7 +48,7 @@ impl<'a> Matrix<'a> {
 
     /// Refuses a solution that is not finite or does not satisfy the equations; `rhs` becomes the residual.
     fn check(&self, solution: &[f64], rhs: &mut [f64]) -> Result<(), LinearError> {
-        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let norm = |v: &[f64]| v.summed(|x| x * x).sqrt();
         let size = norm(rhs);
         for ends in self.columns.windows(2) {
             let entries = ends[0] as usize..ends[1] as usize;

@@ -1,5 +1,6 @@
 //! Generalised minimal residuals (GMRES) of Saad and Schultz.
 
+use crate::each::Each;
 use crate::error::LinearError;
 use crate::parallel::{for_each_mut, map_with};
 
@@ -55,7 +56,7 @@ fn dot_of_piece<A: Copy + Into<f64>>(a: &[A], b: &[f64]) -> f64 {
 
 /// A vector times a number, in single precision.
 fn kept(factor: f64, x: &[f64]) -> Vec<f32> {
-    x.iter().map(|x| (factor * x) as f32).collect()
+    x.mapped(|x| (factor * x) as f32)
 }
 
 /// A vector of single precision, in double precision.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::assembly::Pattern;
+use crate::each::{Each, EachOf, array_of, list_of};
 use crate::error::LinearError;
 use crate::parallel::{for_each_mut, map_with, threads};
 use crate::simd::{Arithmetic, Task, dispatch};
@@ -136,7 +137,7 @@ impl BlockMatrix {
         };
         let reach = (0..self.rows()).map(far).max().unwrap_or(0).max(1);
         let count = (self.rows() / reach).max(1);
-        (0..=count).map(|part| self.rows() * part / count).collect()
+        list_of(count + 1, |part| self.rows() * part / count)
     }
 
     /// $b - A x$.
@@ -163,7 +164,7 @@ impl BlockMatrix {
                 }
             }
         }
-        std::array::from_fn(|i| b[row * BLOCK + i] - (sums[0][i] + sums[1][i] + sums[2][i + 1]))
+        array_of(|i| b[row * BLOCK + i] - (sums[0][i] + sums[1][i] + sums[2][i + 1]))
     }
 
     /// $P^T A P$.
@@ -309,19 +310,17 @@ impl Multilevel {
         let mut levels: Vec<Level> = Vec::new();
         let (mut matrix, mut points, mut cells) = (matrix, points.to_vec(), cells);
         while matrix.rows() > COARSEST && cells.iter().any(|&c| c > 1) {
-            let coarser = cells.map(|c| c.div_ceil(2));
+            let coarser = cells.each(|c| c.div_ceil(2));
             let transfer = multilinear(&points, coarser);
-            let counts = coarser.map(|c| c + 1);
+            let counts = coarser.each(|c| c + 1);
             let coarse = matrix.coarsened(&transfer, counts.iter().product());
             let next = coarse.rows();
-            points = (0..counts.iter().product())
-                .map(|node| {
-                    let index = [node % counts[0], node / counts[0] % counts[1], node / counts[0] / counts[1]];
-                    std::array::from_fn(|i| index[i] as f64 / coarser[i] as f64)
-                })
-                .collect();
+            points = list_of(counts.iter().product(), |node| {
+                let index = [node % counts[0], node / counts[0] % counts[1], node / counts[0] / counts[1]];
+                array_of(|i| index[i] as f64 / coarser[i] as f64)
+            });
             cells = coarser;
-            let inverse = (0..matrix.rows()).map(|row| inverted(matrix.diagonal(row))).collect();
+            let inverse = list_of(matrix.rows(), |row| inverted(matrix.diagonal(row)));
             let n = matrix.rows() * BLOCK;
             let parts = matrix.parts();
             levels.push(Level { matrix, parts, inverse, transfer, coarse: next, right: vec![0.0; n], x: vec![0.0; n] });
@@ -336,7 +335,7 @@ impl Multilevel {
     /// One cycle from zero; `b` becomes the answer.
     pub(super) fn cycle(&mut self, b: &mut [f64]) -> Result<(), LinearError> {
         let Multilevel { levels, coarsest, values } = self;
-        let mut right: Vec<f32> = b.iter().map(|&b| b as f32).collect();
+        let mut right: Vec<f32> = b.mapped(|&b| b as f32);
         for level in levels.iter_mut() {
             level.right.copy_from_slice(&right);
             level.x.fill(0.0);
@@ -353,7 +352,7 @@ impl Multilevel {
                 }
             }
         }
-        let mut solved: Vec<f64> = right.iter().map(|&r| f64::from(r)).collect();
+        let mut solved: Vec<f64> = right.mapped(|&r| f64::from(r));
         coarsest.solve(&LinearSystem::of(values), &mut solved, None)?;
         right.clear();
         right.extend(solved.iter().map(|&x| x as f32));
@@ -444,5 +443,5 @@ impl Task for Relax<'_> {
 fn inverted(block: Option<&Block>) -> Block {
     let inverse = block.and_then(|b| inverse(&nalgebra::Matrix3::from_column_slice(b)));
     let inverse = inverse.filter(|m| m.iter().all(|x| x.is_finite())).unwrap_or_default();
-    std::array::from_fn(|k| inverse[(k % BLOCK, k / BLOCK)])
+    array_of(|k| inverse[(k % BLOCK, k / BLOCK)])
 }

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::{RivlinPolynomial, VolumetricEnergy};
+use crate::each::Each;
 
 /// Whether a condition holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -116,10 +117,7 @@ pub fn existence(distortional: &RivlinPolynomial, volumetric: &dyn VolumetricEne
     let (mut alpha, mut beta) = (None, None);
     if mixed.is_empty() {
         let show = |name: &str, exponent: &str, terms: &[(f64, f64)]| -> Vec<String> {
-            terms
-                .iter()
-                .map(|(power, coefficient)| format!("{name} = {coefficient:.4} with {exponent} = {power}"))
-                .collect()
+            terms.mapped(|(power, coefficient)| format!("{name} = {coefficient:.4} with {exponent} = {power}"))
         };
         let mut terms = show("a", "alpha", &pure.first);
         terms.extend(show("b", "beta", &pure.second));

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::rivlin::positive;
 use super::{Principal, PrincipalEnergy};
+use crate::each::Each;
 use crate::error::{Invalid, MaterialError};
 
 /// One term of an [`OgdenFoam`].
@@ -62,8 +63,8 @@ impl OgdenFoam {
                 return Err(reject("nu", term.poisson, "give a Poisson's ratio above -1 and below 1/2"));
             }
         }
-        positive("initial shear modulus (sum of mu_p)", foam.terms.iter().map(|t| t.shear).sum())?;
-        let bulk = foam.terms.iter().map(|t| 2.0 * t.shear * (1.0 / 3.0 + t.beta())).sum();
+        positive("initial shear modulus (sum of mu_p)", foam.terms.summed(|t| t.shear))?;
+        let bulk = foam.terms.summed(|t| 2.0 * t.shear * (1.0 / 3.0 + t.beta()));
         positive("initial bulk modulus (sum of 2 mu_p (1/3 + beta_p))", bulk)?;
         Ok(foam)
     }

@@ -61,6 +61,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
+use crate::each::EachOf;
 use crate::error::MaterialError;
 use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components, determinant_hessian};
 
@@ -153,7 +154,7 @@ impl InitialModuli {
     /// Those of a tangent at $F = \delta$.
     fn of(tangent: &Tangent) -> Self {
         // The diagonal components 11, 22, 33 have the indices 0, 4, 8; component iJ = 12 has index 3·0 + 1.
-        let sum: f64 = [0, 4, 8].iter().flat_map(|&row| [0, 4, 8].map(|column| tangent[(row, column)])).sum();
+        let sum: f64 = [0, 4, 8].iter().flat_map(|&row| [0, 4, 8].each(|column| tangent[(row, column)])).sum();
         InitialModuli { shear: tangent[(1, 1)], bulk: sum / 9.0 }
     }
 }

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::rivlin::positive;
 use super::{Distortion, InvariantEnergy, Principal, PrincipalEnergy};
+use crate::each::{Each, EachOf};
 use crate::error::{Invalid, MaterialError};
 
 /// The energy of Arruda and Boyce by the first five terms of its series, as other programs have it,
@@ -135,9 +136,9 @@ impl ExtendedTube {
 
 impl PrincipalEnergy for ExtendedTube {
     fn evaluate(&self, logarithms: [f64; 3]) -> Principal {
-        let squares = Vector3::from(logarithms.map(|h| (2.0 * h).exp()));
+        let squares = Vector3::from(logarithms.each(|h| (2.0 * h).exp()));
         // Ī1 - 3 without cancellation beyond that of the logarithms, which add up to zero.
-        let d: f64 = logarithms.iter().map(|h| (2.0 * h).exp_m1()).sum();
+        let d: f64 = logarithms.summed(|h| (2.0 * h).exp_m1());
         let limit = self.delta * self.delta;
         let left = 1.0 - limit * d;
         if left.is_nan() || left <= 0.0 {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use super::{InitialModuli, Material, Past, Response, Volumetric, VolumetricEnergy};
+use crate::each::sum_of;
 use crate::error::{Invalid, MaterialError};
 use crate::tensor::Tangent;
 
@@ -83,13 +84,13 @@ impl<M: Material> Material for Prestretched<M> {
         for i in 0..3 {
             for j in 0..3 {
                 for column in 0..9 {
-                    half[(3 * i + j, column)] = (0..3).map(|m| g[(j, m)] * tangent[(3 * i + m, column)]).sum();
+                    half[(3 * i + j, column)] = sum_of(3, |m| g[(j, m)] * tangent[(3 * i + m, column)]);
                 }
             }
         }
         let pulled = Tangent::from_fn(|row, column| {
             let (k, l) = (column / 3, column % 3);
-            (0..3).map(|n| g[(l, n)] * half[(row, 3 * k + n)]).sum::<f64>() / volume
+            sum_of(3, |n| g[(l, n)] * half[(row, 3 * k + n)]) / volume
         });
         Response { stress: stress * g.transpose() / volume, tangent: pulled }
     }

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::rivlin::positive;
+use crate::each::Each;
 use crate::error::{Invalid, MaterialError};
 
 /// A symmetric energy of three logarithmic stretches with its derivatives \[stress\].
@@ -143,7 +144,7 @@ impl Ogden {
                 return Err(reject("alpha", alpha, "give a finite exponent other than zero"));
             }
         }
-        let shear: f64 = terms.iter().map(|(mu, alpha)| 0.5 * mu * alpha).sum();
+        let shear: f64 = terms.summed(|(mu, alpha)| 0.5 * mu * alpha);
         positive("initial shear modulus (sum of mu_p alpha_p / 2)", shear)?;
         Ok(Self { terms })
     }

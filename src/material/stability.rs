@@ -3,6 +3,7 @@
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
 use super::{Material, Mode, Past};
+use crate::each::EachOf;
 
 /// A criterion of material stability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -81,7 +82,7 @@ fn ranges(subject: &Subject<'_>) -> Vec<StableRange> {
     for mode in Mode::SHAPES {
         for criterion in [Criterion::Drucker, Criterion::Ellipticity] {
             let holds = |stretch: f64| subject.holds(mode, criterion, stretch);
-            let [low, high] = if holds(1.0) { SEARCHED.map(|end| edge(end, holds)) } else { [1.0, 1.0] };
+            let [low, high] = if holds(1.0) { SEARCHED.each(|end| edge(end, holds)) } else { [1.0, 1.0] };
             ranges.push(StableRange { mode, criterion, low, high });
         }
     }

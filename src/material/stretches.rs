@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::{Material, Past, Principal, PrincipalEnergy, Response};
+use crate::each::EachOf;
 use crate::tensor::{Tangent, components};
 
 /// The material of an energy of the reduced principal stretches, $W(F) = \bar W(\bar\lambda_a)$.
@@ -66,17 +67,17 @@ impl Stretches {
                 break;
             }
         }
-        let values = [0, 1, 2].map(|a| left.column(a).norm());
+        let values = [0, 1, 2].each(|a| left.column(a).norm());
         for (a, value) in values.into_iter().enumerate() {
             left.column_mut(a).unscale_mut(value);
         }
-        Some(Self { values, left, right, logarithms: values.map(f64::ln) })
+        Some(Self { values, left, right, logarithms: values.each(f64::ln) })
     }
 
     /// ln λ̄_a.
     fn reduced(&self) -> [f64; 3] {
         let mean = self.logarithms.iter().sum::<f64>() / 3.0;
-        self.logarithms.map(|logarithm| logarithm - mean)
+        self.logarithms.each(|logarithm| logarithm - mean)
     }
 
     /// $P$ of the principal Kirchhoff stresses $t_a$.

@@ -5,6 +5,7 @@ use std::ops::{Add, Mul, Sub};
 use nalgebra::{Matrix3, SVector};
 
 use super::{ALL, Material, Past, Response};
+use crate::each::Each;
 use crate::error::{Invalid, MaterialError};
 use crate::tensor::{cofactor, determinant_hessian, inverse};
 
@@ -44,7 +45,7 @@ impl Prony {
     /// The part of the elastic law that has not relaxed at a time after a sudden stretch: from
     /// the instantaneous one at 0 to that at rest.
     pub fn relaxation(&self, time: f64) -> f64 {
-        self.equilibrium + self.branches.iter().map(|[part, tau]| part * (-time / tau).exp()).sum::<f64>()
+        self.equilibrium + self.branches.summed(|[part, tau]| part * (-time / tau).exp())
     }
 
     /// How many parts relax.
@@ -291,7 +292,7 @@ impl<M: Material> Material for Viscoelastic<M> {
                 None => (mean_decay(x) - (-0.5 * x).exp()).abs() * square(&change).sqrt(),
             }
         };
-        let error: f64 = if elapsed > 0.0 { self.prony.branches.iter().map(of_branch).sum() } else { 0.0 };
+        let error: f64 = if elapsed > 0.0 { self.prony.branches.summed(of_branch) } else { 0.0 };
         [error * error + of_inner[0], largest]
     }
 }

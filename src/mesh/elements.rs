@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::each::Each;
 use crate::geometry::{Point, padded};
 
 use super::shape::CellShape;
@@ -122,9 +123,9 @@ pub(crate) fn measure<const D: usize>(shape: CellShape, corners: &[u32], points:
                     *to = x[k] - x[0];
                 }
                 let (points, count) = surface(&corners[..face.len()]);
-                points[..count].iter().map(|(at, area)| at.dot(area)).sum()
+                points[..count].summed(|(at, area)| at.dot(area))
             };
-            shape.faces().iter().map(flux).sum::<f64>() / 3.0
+            shape.faces().summed(flux) / 3.0
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::each::Each;
 use crate::error::MeshError;
 use crate::geometry::padded;
 
@@ -76,7 +77,7 @@ impl<const D: usize> Mesh<D> {
         for group in groups.iter_mut().filter(|group| group.dimension == D) {
             group.members = group.members.iter().filter_map(|m| place.get(m).copied()).collect();
         }
-        let points = self.points.iter().map(|x| padded::<D, 3>(x).into()).collect();
+        let points = self.points.mapped(|x| padded::<D, 3>(x).into());
         let middles = self.curved.iter().map(|(ends, x)| (*ends, padded::<D, 3>(x).into())).collect();
         Self::assemble(points, elements, groups, middles)
     }

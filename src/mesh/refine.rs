@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::each::{Each, array_of, list_of};
 use crate::error::MeshError;
 use crate::geometry::Point;
 
@@ -68,18 +69,16 @@ fn parts(shape: CellShape) -> Vec<(CellShape, Vec<Vec<usize>>)> {
                 (shape, vec![a, b, c]),
             ]
         }
-        CellShape::Quadrangle => (0..4)
-            .map(|corner| {
-                let [next, last] = around(&[0, 1, 2, 3], corner);
-                (shape, vec![vec![corner], vec![corner, next], vec![0, 1, 2, 3], vec![last, corner]])
-            })
-            .collect(),
+        CellShape::Quadrangle => list_of(4, |corner| {
+            let [next, last] = around(&[0, 1, 2, 3], corner);
+            (shape, vec![vec![corner], vec![corner, next], vec![0, 1, 2, 3], vec![last, corner]])
+        }),
         CellShape::Prism => {
             let level = |upper: usize| {
                 move |set: &Vec<usize>| -> Vec<usize> {
                     match upper {
                         0 => set.clone(),
-                        2 => set.iter().map(|c| c + 3).collect(),
+                        2 => set.mapped(|c| c + 3),
                         _ => set.iter().flat_map(|c| [*c, c + 3]).collect(),
                     }
                 }
@@ -95,27 +94,25 @@ fn parts(shape: CellShape) -> Vec<(CellShape, Vec<Vec<usize>>)> {
                 .collect()
         }
         CellShape::Hexahedron => {
-            let steps: [[usize; 8]; 8] = std::array::from_fn(|corner| {
+            let steps: [[usize; 8]; 8] = array_of(|corner| {
                 // Corners by their bits along three axes, Gmsh's order turning in each face.
                 let bits = |c: usize| [(c & 1) ^ ((c >> 1) & 1), (c >> 1) & 1, (c >> 2) & 1];
                 let own = bits(corner);
-                std::array::from_fn(|k| {
+                array_of(|k| {
                     let other = bits(k);
                     // The corner k of the part is the middle of all corners between `own` and it.
                     (0..3).fold(0, |code, i| code | (usize::from(other[i] != own[i]) << i))
                 })
             });
             let bits = |c: usize| [(c & 1) ^ ((c >> 1) & 1), (c >> 1) & 1, (c >> 2) & 1];
-            (0..8)
-                .map(|corner| {
-                    let sets = steps[corner].map(|free| {
-                        (0..8)
-                            .filter(|&c| (0..3).all(|i| (free >> i) & 1 == 1 || bits(c)[i] == bits(corner)[i]))
-                            .collect::<Vec<usize>>()
-                    });
-                    (shape, sets.to_vec())
-                })
-                .collect()
+            list_of(8, |corner| {
+                let sets = steps[corner].map(|free| {
+                    (0..8)
+                        .filter(|&c| (0..3).all(|i| (free >> i) & 1 == 1 || bits(c)[i] == bits(corner)[i]))
+                        .collect::<Vec<usize>>()
+                });
+                (shape, sets.to_vec())
+            })
         }
         CellShape::Tetrahedron => Vec::new(),
     }
@@ -184,24 +181,17 @@ impl<const D: usize> Mesh<D> {
                     continue;
                 }
                 for (shape, part) in parts(shape) {
-                    let nodes: Vec<u32> = part
-                        .iter()
-                        .map(|set| middles.of(&set.iter().map(|&c| corners[c]).collect::<Vec<u32>>()))
-                        .collect();
+                    let nodes: Vec<u32> = part.mapped(|set| middles.of(&set.mapped(|&c| corners[c])));
                     finer.push(shape, nodes);
                 }
             }
             starts[dimension].push(finer.len() as u32);
         }
-        let groups = self
-            .groups
-            .iter()
-            .map(|group| {
-                let starts = &starts[group.dimension];
-                let parts = group.members.iter().flat_map(|&m| starts[m as usize]..starts[m as usize + 1]);
-                Group { members: parts.collect(), ..group.clone() }
-            })
-            .collect();
+        let groups = self.groups.mapped(|group| {
+            let starts = &starts[group.dimension];
+            let parts = group.members.iter().flat_map(|&m| starts[m as usize]..starts[m as usize + 1]);
+            Group { members: parts.collect(), ..group.clone() }
+        });
         let curved = self.curved_parts(&middles);
         let mut mesh = Mesh { points: middles.points, elements, groups, curved };
         mesh.orient()?;
@@ -234,7 +224,7 @@ impl<const D: usize> Mesh<D> {
             let own: Vec<usize> = (0..corners.len()).collect();
             let plane = [&own[..]];
             for face in if D == 2 { &plane[..] } else { faces } {
-                let c: Vec<u32> = face.iter().map(|&k| corners[k]).collect();
+                let c: Vec<u32> = face.mapped(|&k| corners[k]);
                 let n = c.len();
                 let bent = |k: usize| {
                     let (a, b) = (c[k], c[(k + 1) % n]);

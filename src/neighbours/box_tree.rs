@@ -1,5 +1,6 @@
 //! A tree of boxes: which boxes hold a point, which lie nearest to it.
 
+use crate::each::{Each, EachOf};
 use crate::geometry::{Bounds, Point};
 
 /// Boxes in a leaf, which are looked at one by one.
@@ -52,7 +53,7 @@ impl<const D: usize> BoxTree<D> {
 
     /// A tree of points.
     pub(crate) fn of(points: &[Point<D>]) -> Self {
-        BoxTree::new(points.iter().map(|x| Bounds { low: *x, high: *x }).collect())
+        BoxTree::new(points.mapped(|x| Bounds { low: *x, high: *x }))
     }
 
     /// Whether `found(box)` holds for any of the boxes that contain a point; it is called for no others.
@@ -85,7 +86,7 @@ impl<const D: usize> BoxTree<D> {
                 continue;
             }
             if part.2 - part.1 > LEAF {
-                let mut both = halves(part).map(|half| (self.parts[half.0].distance(x), half));
+                let mut both = halves(part).each(|half| (self.parts[half.0].distance(x), half));
                 if both[0].0 < both[1].0 {
                     both.reverse();
                 }

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::SMatrix;
 
+use crate::each::{Each, list_of, point_of};
 use crate::geometry::{Bounds, Point};
 use crate::particles::Particles;
 use crate::tensor::small_inverse;
@@ -76,7 +77,7 @@ fn split(dimension: usize, corners: usize) -> Vec<Vec<usize>> {
         // One for each way from the first corner to the last along three edges.
         (3, 8) => {
             let ways = [[1, 3], [1, 5], [2, 3], [2, 6], [4, 5], [4, 6]];
-            ways.iter().map(|[a, b]| vec![0, *a, *b, 7]).collect()
+            ways.mapped(|[a, b]| vec![0, *a, *b, 7])
         }
         (_, n) => vec![(0..n.min(dimension + 1)).collect()],
     }
@@ -96,8 +97,8 @@ impl<const D: usize> Between<D> {
             let faces = shared.into_iter().filter(|(other, face)| *other as usize != cell && face.len() >= D);
             faces.map(|(other, face)| (other, Bounds::of(face.iter().map(|&corner| &positions[corner])))).collect()
         };
-        let beside = (0..corners.len()).map(beside).collect();
-        let bounds = corners.iter().map(|own| Bounds::of(own.iter().map(|&corner| &positions[corner]))).collect();
+        let beside = list_of(corners.len(), beside);
+        let bounds = corners.mapped(|own| Bounds::of(own.iter().map(|&corner| &positions[corner])));
         let (mut simplices, mut boxes) = (Vec::new(), Vec::new());
         for (cell, own) in corners.iter().enumerate() {
             for simplex in split(D, own.len()) {
@@ -109,7 +110,7 @@ impl<const D: usize> Between<D> {
                 boxes.push((0..=D).map(x).fold(Bounds::none(), |all, x| all.join(&Bounds { low: x, high: x })));
             }
         }
-        let sizes = boxes.iter().map(|own: &Bounds<D>| own.extent().norm()).collect();
+        let sizes = boxes.mapped(|own: &Bounds<D>| own.extent().norm());
         Between { corners, around, beside, bounds, simplices, sizes, tree: BoxTree::new(boxes) }
     }
 
@@ -120,7 +121,7 @@ impl<const D: usize> Between<D> {
         let mut sum = Point::<D>::zeros();
         let mut beyond = f64::NEG_INFINITY;
         for k in 0..D {
-            let slope = Point::<D>::from_fn(|i, _| inverse[(k, i)]);
+            let slope = point_of::<D>(|i| inverse[(k, i)]);
             sum += slope;
             beyond = beyond.max(-share[k] / slope.norm());
         }
@@ -196,7 +197,7 @@ fn near_slots<const D: usize>(
         let x = particles.positions()[particle];
         Bounds { low: x - reach, high: x + reach }
     };
-    let tree = BoxTree::new((0..margins.len()).map(around).collect());
+    let tree = BoxTree::new(list_of(margins.len(), around));
     let facets = merged(facets, margins.iter().fold(f64::INFINITY, |least, margin| least.min(margin.min() / MARGIN)));
     let mut within: Vec<Vec<u32>> = vec![Vec::new(); margins.len()];
     for (number, (at, _)) in facets.iter().enumerate() {
@@ -209,7 +210,7 @@ fn near_slots<const D: usize>(
         let ((x, n), (y, m)) = (facets[a as usize], facets[b as usize]);
         n.dot(&m) < FACING && n.dot(&(y - x)) > 0.0 && m.dot(&(x - y)) > 0.0
     };
-    within.iter().map(|own| own.iter().enumerate().any(|(k, a)| own[..k].iter().any(|b| faces(*a, *b)))).collect()
+    within.mapped(|own| own.iter().enumerate().any(|(k, a)| own[..k].iter().any(|b| faces(*a, *b))))
 }
 
 impl<const D: usize> Visibility<D> {
@@ -227,8 +228,8 @@ impl<const D: usize> Visibility<D> {
             return None;
         }
         let connections = connections()?;
-        let positions = particles.positions().iter().map(|x| connections.0.in_boxes(x)).collect();
-        let margins = margins.iter().map(|margin| connections.0.margin_of_boxes(margin)).collect();
+        let positions = particles.positions().mapped(|x| connections.0.in_boxes(x));
+        let margins = margins.mapped(|margin| connections.0.margin_of_boxes(margin));
         static NUMBERS: AtomicU64 = AtomicU64::new(1);
         let number = NUMBERS.fetch_add(1, Ordering::Relaxed);
         Some(Visibility { near_slot, positions, margins, connections, number })

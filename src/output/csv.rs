@@ -1,6 +1,7 @@
 //! Tables of numbers and words as CSV, and the summary every example leaves behind.
 
 use super::write_file;
+use crate::each::Each;
 use crate::error::OutputError;
 use std::fmt;
 use std::path::Path;
@@ -124,7 +125,7 @@ impl Table {
         csv.push('\n');
         for (index, row) in self.rows.iter().enumerate() {
             self.check(index, row)?;
-            let cells: Vec<String> = row.iter().map(Cell::to_string).collect();
+            let cells: Vec<String> = row.mapped(Cell::to_string);
             csv.push_str(&cells.join(","));
             csv.push('\n');
         }
@@ -230,10 +231,7 @@ impl Summary {
                 Cell::from(q.relative_error()),
             ]
         };
-        Table {
-            rows: self.quantities.iter().map(row).collect(),
-            ..Table::new(["quantity", "value", "reference", "relative_error"])
-        }
+        Table { rows: self.quantities.mapped(row), ..Table::new(["quantity", "value", "reference", "relative_error"]) }
     }
 
     /// The summary as CSV.

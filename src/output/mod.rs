@@ -38,6 +38,7 @@ pub use journal::{Flush, Journal};
 pub use picture::{Page, Picture};
 pub use vtk::{PvdCollection, PvdEntry, VtkCell, VtkField, VtkGrid, VtkValues};
 
+use crate::each::Each;
 use crate::error::OutputError;
 use std::path::Path;
 
@@ -46,8 +47,7 @@ fn check_ending(path: &Path, endings: &[&str]) -> Result<(), OutputError> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     match ending {
         Some(ending) if !endings.contains(&ending.as_str()) => {
-            let (path, endings) =
-                (path.display().to_string(), endings.iter().map(|e| format!(".{e}")).collect::<Vec<_>>());
+            let (path, endings) = (path.display().to_string(), endings.mapped(|e| format!(".{e}")));
             Err(OutputError::Ending { path, written: endings.join(" or ") })
         }
         _ => Ok(()),

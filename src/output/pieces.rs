@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use super::vtk::{VtkField, VtkGrid, VtkValues};
 use super::{check_ending, escaped, write_file};
+use crate::each::Each;
 use crate::error::OutputError;
 
 impl VtkValues {
     /// The entries at some places.
     fn at(&self, places: &[usize]) -> VtkValues {
         fn pick<T: Copy>(values: &[T], places: &[usize]) -> Vec<T> {
-            places.iter().map(|&place| values[place]).collect()
+            places.mapped(|&place| values[place])
         }
         match self {
             Self::Integers(values) => Self::Integers(pick(values, places)),
@@ -24,7 +25,7 @@ impl VtkValues {
 
 /// The entries of fields at some places.
 fn fields_at(fields: &[VtkField], places: &[usize]) -> Vec<VtkField> {
-    fields.iter().map(|field| VtkField { name: field.name.clone(), values: field.values.at(places) }).collect()
+    fields.mapped(|field| VtkField { name: field.name.clone(), values: field.values.at(places) })
 }
 
 impl VtkGrid {
@@ -47,8 +48,8 @@ impl VtkGrid {
         let mut number = vec![0; named.len()];
         points.iter().enumerate().for_each(|(own, &point)| number[point] = own);
         Ok(VtkGrid {
-            points: points.iter().map(|&point| self.points[point]).collect(),
-            cells: run.iter().map(|&cell| self.cells[cell].renumbered(|corner| number[corner])).collect(),
+            points: points.mapped(|&point| self.points[point]),
+            cells: run.mapped(|&cell| self.cells[cell].renumbered(|corner| number[corner])),
             point_data: fields_at(&self.point_data, &points),
             cell_data: fields_at(&self.cell_data, &run),
         })

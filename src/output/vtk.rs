@@ -4,6 +4,7 @@
 //! every number arrives with all its bits and a file needs no companion.
 
 use super::{escaped, write_file};
+use crate::each::{Each, EachOf, array_of, list_of};
 use crate::error::OutputError;
 use nalgebra::{Matrix3, SVector};
 use std::collections::HashSet;
@@ -52,13 +53,13 @@ impl VtkCell {
         let number = &number;
         match self {
             Self::Vertex(corner) => Self::Vertex(number(*corner)),
-            Self::Line(corners) => Self::Line(corners.map(number)),
-            Self::Triangle(corners) => Self::Triangle(corners.map(number)),
-            Self::Quad(corners) => Self::Quad(corners.map(number)),
-            Self::Tetrahedron(corners) => Self::Tetrahedron(corners.map(number)),
-            Self::Hexahedron(corners) => Self::Hexahedron(corners.map(number)),
-            Self::Wedge(corners) => Self::Wedge(corners.map(number)),
-            Self::Polygon(corners) => Self::Polygon(corners.iter().map(|&corner| number(corner)).collect()),
+            Self::Line(corners) => Self::Line(corners.each(number)),
+            Self::Triangle(corners) => Self::Triangle(corners.each(number)),
+            Self::Quad(corners) => Self::Quad(corners.each(number)),
+            Self::Tetrahedron(corners) => Self::Tetrahedron(corners.each(number)),
+            Self::Hexahedron(corners) => Self::Hexahedron(corners.each(number)),
+            Self::Wedge(corners) => Self::Wedge(corners.each(number)),
+            Self::Polygon(corners) => Self::Polygon(corners.mapped(|&corner| number(corner))),
         }
     }
 
@@ -142,21 +143,21 @@ impl VtkField {
 
     /// A vector field from D ≤ 3 components; the missing ones are zero.
     pub fn vectors<const D: usize>(name: impl Into<String>, values: &[SVector<f64, D>]) -> Self {
-        Self { name: name.into(), values: VtkValues::Vectors(values.iter().map(padded).collect()) }
+        Self { name: name.into(), values: VtkValues::Vectors(values.mapped(padded)) }
     }
 
     /// A tensor field: deformation gradients, stresses.
     pub fn tensors(name: impl Into<String>, values: &[Matrix3<f64>]) -> Self {
         // nalgebra stores columns and VTK wants rows.
-        let rows = |m: &Matrix3<f64>| std::array::from_fn(|k| m[(k / 3, k % 3)]);
-        Self { name: name.into(), values: VtkValues::Tensors(values.iter().map(rows).collect()) }
+        let rows = |m: &Matrix3<f64>| array_of(|k| m[(k / 3, k % 3)]);
+        Self { name: name.into(), values: VtkValues::Tensors(values.mapped(rows)) }
     }
 }
 
 /// A vector of D ≤ 3 components padded with zeros.
 fn padded<const D: usize>(vector: &SVector<f64, D>) -> [f64; 3] {
     const { assert!(D <= 3, "VTK's points have three components") };
-    std::array::from_fn(|k| if k < D { vector[k] } else { 0.0 })
+    array_of(|k| if k < D { vector[k] } else { 0.0 })
 }
 
 /// Points, cells between them and fields on both.
@@ -186,13 +187,13 @@ impl VtkGrid {
     /// A grid from points of D ≤ 3 coordinates and cells, without fields yet.
     #[must_use]
     pub fn new<const D: usize>(points: &[SVector<f64, D>], cells: Vec<VtkCell>) -> Self {
-        Self { points: points.iter().map(padded).collect(), cells, ..Self::default() }
+        Self { points: points.mapped(padded), cells, ..Self::default() }
     }
 
     /// A cloud: each point is a vertex, so that ParaView draws it.
     #[must_use]
     pub fn particles<const D: usize>(points: &[SVector<f64, D>]) -> Self {
-        Self::new(points, (0..points.len()).map(VtkCell::Vertex).collect())
+        Self::new(points, list_of(points.len(), VtkCell::Vertex))
     }
 
     /// The grid as the text of a `.vtu` file.
@@ -209,7 +210,7 @@ impl VtkGrid {
             connectivity.extend(cell.corners().iter().map(|&corner| corner as i64));
             offsets.push(connectivity.len() as i64);
         }
-        let types: Vec<u8> = self.cells.iter().map(VtkCell::code).collect();
+        let types: Vec<u8> = self.cells.mapped(VtkCell::code);
 
         let mut xml = String::from(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",

@@ -3,6 +3,7 @@
 #[cfg(feature = "solve")]
 use crate::cells::BoundaryCells;
 use crate::cells::{Lattice, Locator, Zones, determinant, ravel, unravel};
+use crate::each::{Each, EachOf, array_of, point_of};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Bounds, Part, Point, Side};
 #[cfg(feature = "solve")]
@@ -67,8 +68,8 @@ impl<const D: usize> ElementPoints<D> {
 
     fn chosen(self, choice: &dyn Fn(usize, &Points<D>) -> bool) -> Self {
         let (points, numbers) = self.points.chosen(choice);
-        let elements = numbers.iter().map(|&k| self.elements[k]).collect();
-        let local = numbers.iter().map(|&k| self.local[k]).collect();
+        let elements = numbers.mapped(|&k| self.elements[k]);
+        let local = numbers.mapped(|&k| self.local[k]);
         ElementPoints { points, elements, local }
     }
 
@@ -105,7 +106,7 @@ impl<const D: usize> FiniteElements<D> {
                 needed: "an even number is needed for elements of order 2",
             });
         }
-        let elements = cells.map(|c| c / order);
+        let elements = cells.each(|c| c / order);
         let elements = FiniteElements { lattice, order, elements, locator: Locator::default() };
         match elements.misplaced_middle() {
             Some(at) => Err(GeometryError::Shape {
@@ -171,7 +172,7 @@ impl<const D: usize> FiniteElements<D> {
         for (place, element) in zones.cells.iter().map(|&element| element as usize).enumerate() {
             for point in 0..n.pow(D as u32) {
                 let index = unravel(point, &shape);
-                let local = Point::<D>::from_fn(|i, _| abscissae[index[i]]);
+                let local = point_of::<D>(|i| abscissae[index[i]]);
                 let (position, columns) = self.map(element, &local);
                 let measure = determinant(&columns);
                 if !(measure > 0.0 && measure.is_finite()) {
@@ -248,16 +249,16 @@ impl<const D: usize> FiniteElements<D> {
                 if index[axis] != wanted {
                     continue;
                 }
-                let along = |count: usize| -> [usize; D] { std::array::from_fn(|i| if i == axis { 1 } else { count }) };
+                let along = |count: usize| -> [usize; D] { array_of(|i| if i == axis { 1 } else { count }) };
                 let (shape, all) = (along(n), along(pieces));
                 let each: usize = shape.iter().product();
                 for number in 0..each * all.iter().product::<usize>() {
                     let (piece, point) = (unravel(number / each, &all), unravel(number % each, &shape));
-                    let at: [usize; D] = std::array::from_fn(|i| piece[i] * n + point[i]);
-                    let local = Point::<D>::from_fn(|i, _| if i == axis { end } else { abscissae[at[i]] });
+                    let at: [usize; D] = array_of(|i| piece[i] * n + point[i]);
+                    let local = point_of::<D>(|i| if i == axis { end } else { abscissae[at[i]] });
                     let weight: f64 = (0..D).filter(|&i| i != axis).map(|i| weights[at[i]]).product();
                     let (position, columns) = self.map(element, &local);
-                    let area = Point::<D>::from_fn(|i, _| {
+                    let area = point_of::<D>(|i| {
                         let mut replaced = columns;
                         replaced[axis] = Point::zeros();
                         replaced[axis][i] = 1.0;
@@ -284,7 +285,7 @@ impl<const D: usize> FiniteElements<D> {
         let shape = [self.order + 1; D];
         (0..shape.iter().product::<usize>()).map(move |k| {
             let offset = unravel(k, &shape);
-            ravel(&std::array::from_fn(|i| base[i] * self.order + offset[i]), &self.lattice.counts())
+            ravel(&array_of(|i| base[i] * self.order + offset[i]), &self.lattice.counts())
         })
     }
 
@@ -323,7 +324,7 @@ impl<const D: usize> FiniteElements<D> {
             };
         }
         let value = factors.iter().map(|f| f.0).product();
-        let slopes = Point::from_fn(|j, _| (0..D).map(|i| if i == j { factors[i].1 } else { factors[i].0 }).product());
+        let slopes = point_of(|j| (0..D).map(|i| if i == j { factors[i].1 } else { factors[i].0 }).product());
         (value, slopes)
     }
 
@@ -369,7 +370,7 @@ impl<const D: usize> FiniteElements<D> {
 
 /// The inverse by cofactors; zeros for a singular matrix.
 fn invert<const D: usize>(m: &nalgebra::SMatrix<f64, D, D>) -> nalgebra::SMatrix<f64, D, D> {
-    let columns: [Point<D>; D] = std::array::from_fn(|i| m.column(i).into_owned());
+    let columns: [Point<D>; D] = array_of(|i| m.column(i).into_owned());
     let det = determinant(&columns);
     if det == 0.0 {
         return nalgebra::SMatrix::zeros();

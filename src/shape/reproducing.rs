@@ -8,6 +8,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, SMatrix};
 
 use crate::basis::Basis;
+use crate::each::{array_of, point_of};
 use crate::error::ApproximationError;
 use crate::geometry::Point;
 use crate::kernel::Kernel;
@@ -229,12 +230,12 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         if xi.iter().any(|xi| xi.abs() >= EDGE) {
             return None;
         }
-        let factors: [(f64, f64); D] = std::array::from_fn(|k| self.kernel.value_and_slope(xi[k].abs()));
+        let factors: [(f64, f64); D] = array_of(|k| self.kernel.value_and_slope(xi[k].abs()));
         let value = factors.iter().map(|factor| factor.0).product();
         if !slopes {
             return Some((value, Point::zeros()));
         }
-        let by_xi = Point::from_fn(|k, _| {
+        let by_xi = point_of(|k| {
             let others = (0..D).filter(|&other| other != k).map(|other| factors[other].0);
             factors[k].1 * sign(xi[k]) * others.product::<f64>()
         });

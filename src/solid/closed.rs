@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::each::{Each, EachOf};
 use crate::error::{GeometryError, Invalid, SolidError};
 use crate::geometry::{Block, Point};
 use crate::mesh::Mesh;
@@ -147,15 +148,15 @@ impl Solid3 {
             let (what, remedy) = ("no facet encloses anything", "give a closed surface of facets with areas");
             return Err(SolidError::Empty { what, remedy }.into());
         }
-        let origins: Vec<u32> = facets.iter().map(|facet| facet.origin).collect();
-        let solid = Self::measured(vertices, facets.iter().map(|facet| facet.corners).collect());
+        let origins: Vec<u32> = facets.mapped(|facet| facet.origin);
+        let solid = Self::measured(vertices, facets.mapped(|facet| facet.corners));
         if let Some((count, first)) = first_crossing(&solid.vertices, &solid.facets, &solid.tree) {
             // A facet that closes an opening has no number but its own.
             let given = |facet: u32| match origins[facet as usize] {
                 ADDED => facet as usize,
                 origin => origin as usize,
             };
-            let facets = first.facets.map(given);
+            let facets = first.facets.each(given);
             return Err(SolidError::Crossing { count, facets, at: first.at }.into());
         }
         Ok((solid.outward()?, origins))
@@ -176,7 +177,7 @@ impl Solid3 {
         }
         let outward = self.turned(&part, |part| volumes[part] < 0.0);
         // As many as go around the part.
-        let around: Vec<i64> = widest.iter().map(|&facet| outward.sides(facet)[0]).collect();
+        let around: Vec<i64> = widest.mapped(|&facet| outward.sides(facet)[0]);
         let solid = outward.turned(&part, |part| around[part] % 2 != 0);
         match stray(&solid) {
             None => Ok(solid),
@@ -210,9 +211,9 @@ impl Solid3 {
     pub(super) fn sides(&self, facet: usize) -> [i64; 2] {
         let corners = self.corners(facet);
         let size = normal(&self.vertices, self.facets[facet]).norm().sqrt();
-        let height = 1e-3 * size.min(2.0 * size * size / corners.iter().map(|x| (x - corners[0]).norm()).sum::<f64>());
+        let height = 1e-3 * size.min(2.0 * size * size / corners.summed(|x| (x - corners[0]).norm()));
         let step = self.normals[facet] * height;
-        [1.0, -1.0].map(|side| self.winding_number(&(self.centre(facet) + step * side)).round() as i64)
+        [1.0, -1.0].each(|side| self.winding_number(&(self.centre(facet) + step * side)).round() as i64)
     }
 
     /// Normals, tree, area and volume of facets that face outwards.
@@ -283,7 +284,7 @@ impl Solid3 {
     /// # Panics
     /// For a facet beyond the last.
     pub fn corners(&self, facet: usize) -> [Point<3>; 3] {
-        self.facets[facet].map(|vertex| self.vertices[vertex as usize])
+        self.facets[facet].each(|vertex| self.vertices[vertex as usize])
     }
 
     pub(super) fn centre(&self, facet: usize) -> Point<3> {
@@ -329,7 +330,7 @@ impl Solid3 {
 
 /// Twice a facet's area along its normal.
 fn normal(vertices: &[Point<3>], facet: [u32; 3]) -> Point<3> {
-    let [a, b, c] = facet.map(|vertex| vertices[vertex as usize]);
+    let [a, b, c] = facet.each(|vertex| vertices[vertex as usize]);
     (b - a).cross(&(c - a))
 }
 

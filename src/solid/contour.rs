@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use crate::each::{EachOf, array_of, list_of, point_of};
 use crate::error::{GeometryError, SolidError};
 use crate::geometry::{Block, Point};
 use crate::parallel::map_with;
@@ -37,13 +38,13 @@ pub(super) struct Grid {
 
 impl Grid {
     fn new(program: &Program, bounds: &Block<3>, h: f64) -> Result<Self, GeometryError> {
-        let low = Point::<3>::from_fn(|i, _| bounds.min[i] - BEFORE[i] * h);
-        let wide: [f64; 3] = std::array::from_fn(|i| ((bounds.max[i] - low[i]) / h).ceil() + 2.0);
+        let low = point_of::<3>(|i| bounds.min[i] - BEFORE[i] * h);
+        let wide: [f64; 3] = array_of(|i| ((bounds.max[i] - low[i]) / h).ceil() + 2.0);
         if !(wide.iter().product::<f64>() <= MOST as f64) {
             let (what, needed) = ("points of the grid of a surface", "give a wider spacing: up to 2^28 are possible");
             return Err(GeometryError::Count { what, count: wide.iter().product::<f64>() as usize, needed });
         }
-        let counts = wide.map(|count| count as usize);
+        let counts = wide.each(|count| count as usize);
         let mut grid = Grid { low, h, counts, inside: Vec::new() };
         let layers = map_with(
             counts[2],
@@ -102,7 +103,7 @@ impl Grid {
 
     fn at(&self, point: usize) -> Point<3> {
         let index = self.index(point);
-        Point::<3>::from_fn(|i, _| self.low[i] + index[i] as f64 * self.h)
+        point_of::<3>(|i| self.low[i] + index[i] as f64 * self.h)
     }
 
     /// Crossed edges by rising point, then axis, and where they are crossed.
@@ -198,7 +199,7 @@ fn sheets(inside: usize) -> ([u8; 12], u8) {
         for base in [0, 1 << axis] {
             let around = [base, base | u, base | u | v, base | v];
             // The edge from each corner to the next one around.
-            let edges: [usize; 4] = std::array::from_fn(|k| {
+            let edges: [usize; 4] = array_of(|k| {
                 let (from, to) = (around[k], around[(k + 1) % 4]);
                 edge_of((from ^ to).trailing_zeros() as usize, from & to)
             });
@@ -231,9 +232,8 @@ fn sheets(inside: usize) -> ([u8; 12], u8) {
 
 /// Numbers the sheets of all cells and tells the crossed edges of theirs.
 fn link(grid: &Grid, crossed: &mut [Crossed]) -> Vec<Sheet> {
-    let table: Vec<([u8; 12], u8)> = (0..256).map(sheets).collect();
-    let shift: [usize; 8] =
-        std::array::from_fn(|corner| (0..3).filter(|i| corner >> i & 1 == 1).map(|i| grid.stride(i)).sum());
+    let table: Vec<([u8; 12], u8)> = list_of(256, sheets);
+    let shift: [usize; 8] = array_of(|corner| (0..3).filter(|i| corner >> i & 1 == 1).map(|i| grid.stride(i)).sum());
     let mut cells: HashMap<usize, u32> = HashMap::new();
     let mut list = Vec::new();
     for place in 0..crossed.len() {
@@ -294,7 +294,7 @@ fn triangles(program: &Program, crossed: &[Crossed], vertices: &[Point<3>]) -> (
     let mut surfaces = Vec::with_capacity(2 * crossed.len());
     for crossing in crossed {
         let quad = crossing.outward();
-        let x = quad.map(|vertex| vertices[vertex as usize]);
+        let x = quad.each(|vertex| vertices[vertex as usize]);
         let centre = x.iter().sum::<Point<3>>() * 0.25;
         let normal = program.surfaces[crossing.surface as usize].gradient(&centre) * crossing.sign;
         // The diagonal whose worse triangle is the better one, seen along the normal.
@@ -304,9 +304,9 @@ fn triangles(program: &Program, crossed: &[Crossed], vertices: &[Point<3>]) -> (
             (x[b] - x[a]).cross(&(x[c] - x[a])).dot(&normal) / longest.max(f64::MIN_POSITIVE)
         };
         let pairs = [[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]];
-        let worst = pairs.map(|pair| quality(pair[0]).min(quality(pair[1])));
+        let worst = pairs.each(|pair| quality(pair[0]).min(quality(pair[1])));
         for triangle in pairs[usize::from(worst[1] > worst[0])] {
-            facets.push(triangle.map(|k| quad[k]));
+            facets.push(triangle.each(|k| quad[k]));
             surfaces.push(crossing.surface);
         }
     }

@@ -1,5 +1,6 @@
 //! Facets that cross each other.
 
+use crate::each::{EachOf, array_of};
 use crate::geometry::Point;
 use crate::order;
 use crate::parallel::map_ranges;
@@ -47,7 +48,7 @@ pub(super) fn first_crossing(vertices: &[Point<3>], facets: &[[u32; 3]], tree: &
 
 /// Adds the pairs of a facet with later ones, in their order.
 fn of_facet(vertices: &[Point<3>], facets: &[[u32; 3]], tree: &Tree, one: u32, found: &mut Vec<Crossing>) {
-    let corners = |facet: u32| facets[facet as usize].map(|vertex| vertices[vertex as usize]);
+    let corners = |facet: u32| facets[facet as usize].each(|vertex| vertices[vertex as usize]);
     let x = corners(one);
     let begun = found.len();
     tree.for_each_in(&x[0].inf(&x[1]).inf(&x[2]), &x[0].sup(&x[1]).sup(&x[2]), |other| {
@@ -76,7 +77,7 @@ fn crossing(x: &[Point<3>; 3], a: [u32; 3], y: &[Point<3>; 3], b: [u32; 3]) -> O
 fn heights(x: &[Point<3>; 3], y: &[Point<3>; 3], a: &[u32; 3], b: &[u32; 3]) -> Option<[f64; 3]> {
     let normal = (x[1] - x[0]).cross(&(x[2] - x[0])).normalize();
     let size = (x[1] - x[0]).amax().max((x[2] - x[0]).amax()).max((y[1] - y[0]).amax()).max((y[2] - y[0]).amax());
-    let heights: [f64; 3] = std::array::from_fn(|k| {
+    let heights: [f64; 3] = array_of(|k| {
         let height = normal.dot(&(y[k] - x[0]));
         if a.contains(&b[k]) || height.abs() <= ROUNDING * size { 0.0 } else { height }
     });
@@ -98,7 +99,7 @@ fn pierced(x: &[Point<3>; 3], y: &[Point<3>; 3], heights: &[f64; 3]) -> Option<P
 /// The barycentric coordinates of a point in the plane of a triangle.
 fn sides(y: &[Point<3>; 3], at: &Point<3>) -> [f64; 3] {
     let normal = (y[1] - y[0]).cross(&(y[2] - y[0]));
-    std::array::from_fn(|j| (y[(j + 1) % 3] - y[j]).cross(&(at - y[j])).dot(&normal) / normal.norm_squared())
+    array_of(|j| (y[(j + 1) % 3] - y[j]).cross(&(at - y[j])).dot(&normal) / normal.norm_squared())
 }
 
 /// Where two facets of one plane cover each other.
@@ -112,7 +113,7 @@ fn overlap(x: &[Point<3>; 3], y: &[Point<3>; 3]) -> Option<Point<3>> {
         let mut cut = Vec::with_capacity(polygon.len() + 1);
         for (j, p) in polygon.iter().enumerate() {
             let q = &polygon[(j + 1) % polygon.len()];
-            let [s, t] = [p, q].map(|p| sides(x, p)[k]);
+            let [s, t] = [p, q].each(|p| sides(x, p)[k]);
             if s >= 0.0 {
                 cut.push(*p);
             }

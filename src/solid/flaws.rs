@@ -1,5 +1,6 @@
 //! What is wrong with a surface as it was given, with the places.
 
+use crate::each::{Each, EachOf};
 use crate::error::GeometryError;
 use crate::geometry::Point;
 
@@ -41,7 +42,7 @@ impl SurfaceFlaws {
         let (vertices, mut welded) = weld(vertices, facets, tolerance);
         welded.iter().for_each(|facet| kept[facet.origin as usize] = true);
         welded.retain(|facet| {
-            let [a, b, c] = facet.corners.map(|vertex| vertices[vertex as usize]);
+            let [a, b, c] = facet.corners.each(|vertex| vertices[vertex as usize]);
             let has_area = (b - a).cross(&(c - a)).norm() > tolerance * (b - a).amax().max((c - a).amax());
             kept[facet.origin as usize] &= has_area;
             has_area
@@ -53,7 +54,7 @@ impl SurfaceFlaws {
         flaws.doubled = (0..facets.len()).filter(|&facet| kept[facet] && !once[facet]).collect();
         let halves = half_edges(welded.iter().map(|facet| facet.corners));
         for group in by_edge(&halves) {
-            let place = ends(group[0].key).map(|vertex| vertices[vertex as usize]);
+            let place = ends(group[0].key).each(|vertex| vertices[vertex as usize]);
             match (group.len(), balance(group)) {
                 (1, _) => flaws.open.push(place),
                 (2, 0) => {}
@@ -61,11 +62,11 @@ impl SurfaceFlaws {
                 _ => flaws.branching.push(place),
             }
         }
-        let origins: Vec<u32> = welded.iter().map(|facet| facet.origin).collect();
-        let corners = welded.iter().map(|facet| facet.corners).collect();
+        let origins: Vec<u32> = welded.mapped(|facet| facet.origin);
+        let corners = welded.mapped(|facet| facet.corners);
         let solid = Solid3::measured(vertices, corners);
         for found in crossings(&solid.vertices, &solid.facets, &solid.tree) {
-            let facets = found.facets.map(|facet| origins[facet as usize] as usize);
+            let facets = found.facets.each(|facet| origins[facet as usize] as usize);
             flaws.crossing.push((facets, found.at.into()));
         }
         for facet in solid.widest_of_parts().1 {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::each::{Each, EachOf};
 use crate::error::SolidError;
 use crate::geometry::{Disjoint, Point};
 
@@ -14,7 +15,7 @@ const SMALL: f64 = 1e-3;
 const LONG: usize = 2000;
 
 fn middle(vertices: &[Point<3>], key: u64) -> [f64; 3] {
-    let [a, b] = ends(key).map(|vertex| vertices[vertex as usize]);
+    let [a, b] = ends(key).each(|vertex| vertices[vertex as usize]);
     ((a + b) * 0.5).into()
 }
 
@@ -83,7 +84,7 @@ pub(super) fn agree(vertices: &[Point<3>], facets: &mut [Facet]) -> Result<(), S
 /// Adds facets over small openings, and refuses large ones and edges where walls meet.
 pub(super) fn close(vertices: &[Point<3>], facets: &mut Vec<Facet>) -> Result<(), SolidError> {
     let halves = half_edges(facets.iter().map(|facet| facet.corners));
-    let total: f64 = facets.iter().map(|facet| area(facet.corners.map(|v| vertices[v as usize]))).sum();
+    let total: f64 = facets.summed(|facet| area(facet.corners.each(|v| vertices[v as usize])));
     let open = by_edge(&halves).filter(|group| group.len() == 1).count();
     if open > facets.len() {
         let at = vertices[facets[0].corners[0] as usize].into();
@@ -112,7 +113,7 @@ pub(super) fn close(vertices: &[Point<3>], facets: &mut Vec<Facet>) -> Result<()
     for &start in &starts {
         for ring in rings(start, &mut next) {
             let patch = if ring.len() <= LONG { fill(vertices, &ring) } else { Vec::new() };
-            let size: f64 = patch.iter().map(|corners| area(corners.map(|v| vertices[v as usize]))).sum();
+            let size: f64 = patch.summed(|corners| area(corners.each(|v| vertices[v as usize])));
             let size = if patch.is_empty() { f64::INFINITY } else { size };
             if size > worst.0 {
                 worst = (size, ring[0]);
@@ -164,7 +165,7 @@ fn fill(vertices: &[Point<3>], ring: &[u32]) -> Vec<[u32; 3]> {
     while ring.len() >= 3 {
         let count = ring.len();
         let across = |k: usize| {
-            let [a, c] = [ring[(k + count - 1) % count], ring[(k + 1) % count]].map(|v| vertices[v as usize]);
+            let [a, c] = [ring[(k + count - 1) % count], ring[(k + 1) % count]].each(|v| vertices[v as usize]);
             (c - a).norm_squared()
         };
         let ear = (0..count).min_by(|&j, &k| across(j).total_cmp(&across(k))).unwrap_or(0);

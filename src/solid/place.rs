@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix3;
 
+use crate::each::Each;
 use crate::geometry::Point;
 
 use super::program::Program;
@@ -171,7 +172,7 @@ fn compromise(
 ) -> Option<Point<3>> {
     let off = |x: &Point<3>| {
         let distance = |&s: &u32| program.surfaces[s as usize].value(x).abs();
-        surfaces.iter().map(distance).sum::<f64>()
+        surfaces.summed(distance)
     };
     (1..surfaces.len().min(4)).rev().find_map(|size| {
         let subsets = (1u32..1 << surfaces.len().min(8)).filter(|set| set.count_ones() as usize == size);
@@ -188,7 +189,7 @@ fn compromise(
 fn relabel(crossed: &mut [Crossed], sheets: &mut [Sheet]) {
     for _ in 0..4 {
         for sheet in sheets.iter_mut() {
-            sheet.surfaces = sheet.crossed.iter().map(|&k| crossed[k as usize].surface).collect();
+            sheet.surfaces = sheet.crossed.mapped(|&k| crossed[k as usize].surface);
             sheet.surfaces.sort_unstable();
             sheet.surfaces.dedup();
         }
@@ -209,7 +210,7 @@ fn relabel(crossed: &mut [Crossed], sheets: &mut [Sheet]) {
             // Sheets around follow at once, so that not both sides change places.
             for sheet in around {
                 let sheet = &mut sheets[sheet as usize];
-                sheet.surfaces = sheet.crossed.iter().map(|&k| crossed[k as usize].surface).collect();
+                sheet.surfaces = sheet.crossed.mapped(|&k| crossed[k as usize].surface);
                 sheet.surfaces.sort_unstable();
                 sheet.surfaces.dedup();
             }

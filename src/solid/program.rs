@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Rotation3;
 
+use crate::each::Each;
 use crate::geometry::Point;
 
 use super::surface::Surface;
@@ -106,11 +107,9 @@ impl Program {
                 };
                 Op::Surface { number: number as u32, sign: sign * facing }
             }
-            Node::Union(members) => {
-                Op::Least { sign: 1.0, members: members.iter().map(|member| self.op(member, size)).collect() }
-            }
+            Node::Union(members) => Op::Least { sign: 1.0, members: members.mapped(|member| self.op(member, size)) },
             Node::Intersection(members) => {
-                Op::Least { sign: -1.0, members: members.iter().map(|member| self.op(member, size)).collect() }
+                Op::Least { sign: -1.0, members: members.mapped(|member| self.op(member, size)) }
             }
         }
     }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Rotation3, Unit};
 
+use crate::each::{EachOf, array_of, point_of, sum_of};
 use crate::error::{GeometryError, Invalid, SolidError};
 use crate::geometry::{Block, Point};
 
@@ -73,7 +74,7 @@ fn plane(point: Point<3>, normal: Point<3>) -> Node {
 
 /// The bounds of a disc.
 fn disc(centre: Point<3>, axis: &Point<3>, radius: f64) -> Block<3> {
-    let half = Point::<3>::from_fn(|i, _| radius * (1.0 - axis[i] * axis[i]).max(0.0).sqrt());
+    let half = point_of::<3>(|i| radius * (1.0 - axis[i] * axis[i]).max(0.0).sqrt());
     Block { min: centre - half, max: centre + half }
 }
 
@@ -192,7 +193,7 @@ impl Shape {
             let (what, needed) = ("values of voxels", "give as many as the counts along the axes multiply to");
             return Err(GeometryError::Count { what, count: values.len(), needed });
         }
-        if let Some(invalid) = needs(&sizes.map(|size| ("size of a voxel", size))) {
+        if let Some(invalid) = needs(&sizes.each(|size| ("size of a voxel", size))) {
             return Err(invalid);
         }
         if let Some(value) = values.iter().copied().find(|value| !value.is_finite()) {
@@ -213,7 +214,7 @@ impl Shape {
             let (what, remedy) = ("all voxels are on one side of the threshold", "choose one between their values");
             return Err(SolidError::Empty { what, remedy }.into());
         }
-        let end = std::array::from_fn(|i| counts[i] as f64 * sizes[i]);
+        let end = array_of(|i| counts[i] as f64 * sizes[i]);
         let field = move |x: &Point<3>| threshold - interpolated(&counts, &sizes, &values, x);
         Ok(Self::field([0.0; 3], end, Arc::new(field), false))
     }
@@ -264,7 +265,7 @@ impl Shape {
         let mut bounds = Block { min: Point::repeat(f64::INFINITY), max: Point::repeat(f64::NEG_INFINITY) };
         if self.bounds.min.iter().chain(&self.bounds.max).all(|x| x.is_finite()) {
             for corner in 0..8 {
-                let at = Point::<3>::from_fn(|i, _| [self.bounds.min, self.bounds.max][corner >> i & 1][i]);
+                let at = point_of::<3>(|i| [self.bounds.min, self.bounds.max][corner >> i & 1][i]);
                 bounds = around(&bounds, &Block { min: turn * at, max: turn * at });
             }
         } else {
@@ -339,15 +340,15 @@ impl Shape {
 
 /// The value at a point, trilinear between the middles of voxels and constant beyond.
 fn interpolated(counts: &[usize; 3], sizes: &[f64; 3], values: &[f64], x: &Point<3>) -> f64 {
-    let at: [f64; 3] = std::array::from_fn(|i| (x[i] / sizes[i] - 0.5).clamp(0.0, (counts[i] - 1) as f64));
-    let low = at.map(|at| at as usize);
+    let at: [f64; 3] = array_of(|i| (x[i] / sizes[i] - 0.5).clamp(0.0, (counts[i] - 1) as f64));
+    let low = at.each(|at| at as usize);
     let value = |corner: usize| {
-        let place: [usize; 3] = std::array::from_fn(|i| (low[i] + (corner >> i & 1)).min(counts[i] - 1));
+        let place: [usize; 3] = array_of(|i| (low[i] + (corner >> i & 1)).min(counts[i] - 1));
         values[place[0] + counts[0] * (place[1] + counts[1] * place[2])]
     };
     let weight = |corner: usize| -> f64 {
         let part = |i: usize| at[i] - low[i] as f64;
         (0..3).map(|i| if corner >> i & 1 == 1 { part(i) } else { 1.0 - part(i) }).product()
     };
-    (0..8).map(|corner| weight(corner) * value(corner)).sum()
+    sum_of(8, |corner| weight(corner) * value(corner))
 }

@@ -1,5 +1,6 @@
 //! STL files, binary and ASCII.
 
+use crate::each::point_of;
 use crate::error::SolidError;
 use crate::geometry::Point;
 
@@ -42,7 +43,7 @@ fn binary(records: &[u8]) -> Listed {
     for record in records.chunks_exact(RECORD) {
         // The normal, the first 12 bytes, follows from the corners.
         vertices.extend(record[12..48].chunks_exact(12).map(|vertex| {
-            Point::<3>::from_fn(|i, _| {
+            point_of::<3>(|i| {
                 let number = &vertex[4 * i..4 * i + 4];
                 f64::from(f32::from_le_bytes([number[0], number[1], number[2], number[3]]))
             })

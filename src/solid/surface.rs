@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::Rotation3;
 
+use crate::each::point_of;
 use crate::geometry::Point;
 
 /// A function whose negative values are inside.
@@ -97,7 +98,7 @@ impl Surface {
                 let (along, across) = split(x - centre, axis);
                 unit(axis * along + unit(across) * (across.norm() - major))
             }
-            Surface::Field { step, .. } => Point::<3>::from_fn(|i, _| {
+            Surface::Field { step, .. } => point_of::<3>(|i| {
                 let mut ends = [*x, *x];
                 ends[0][i] -= step;
                 ends[1][i] += step;

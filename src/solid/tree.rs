@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Matrix3;
 
+use crate::each::{Each, EachOf};
 use crate::geometry::Point;
 
 /// Facets in a leaf.
@@ -74,7 +75,7 @@ pub(crate) fn foot(x: &Point<3>, [a, b, c]: &[Point<3>; 3]) -> (Point<3>, &'stat
 
 /// The solid angle of a triangle seen from a point, over 4π (van Oosterom & Strackee 1983).
 fn solid_angle(x: &Point<3>, corners: &[Point<3>; 3]) -> f64 {
-    let [a, b, c] = corners.map(|corner| corner - x);
+    let [a, b, c] = corners.each(|corner| corner - x);
     let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
     let below = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
     a.dot(&b.cross(&c)).atan2(below) / (2.0 * PI)
@@ -82,7 +83,7 @@ fn solid_angle(x: &Point<3>, corners: &[Point<3>; 3]) -> f64 {
 
 impl Tree {
     pub(crate) fn new(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Self {
-        let corners_of = |facet: u32| facets[facet as usize].map(|vertex| vertices[vertex as usize]);
+        let corners_of = |facet: u32| facets[facet as usize].each(|vertex| vertices[vertex as usize]);
         let centres: Vec<Point<3>> =
             (0..facets.len() as u32).map(|f| corners_of(f).iter().sum::<Point<3>>() / 3.0).collect();
         let mut order: Vec<u32> = (0..facets.len() as u32).collect();
@@ -122,7 +123,7 @@ impl Tree {
                 open.push((first, first + middle, usize::MAX));
             }
         }
-        let corners = order.iter().map(|&facet| corners_of(facet)).collect();
+        let corners = order.mapped(|&facet| corners_of(facet));
         Tree { nodes, order, corners }
     }
 
@@ -161,9 +162,7 @@ impl Tree {
             far += (node.dipole.dot(&r) + node.moment.trace() - 3.0 * r.dot(&(node.moment * r)) / square) / cube;
             false
         };
-        self.walk(enter, |range| {
-            near += self.corners[range].iter().map(|corners| solid_angle(x, corners)).sum::<f64>()
-        });
+        self.walk(enter, |range| near += self.corners[range].summed(|corners| solid_angle(x, corners)));
         near + far / (4.0 * PI)
     }
 
@@ -194,7 +193,7 @@ impl Tree {
                 let node = &self.nodes[child as usize];
                 (x.sup(&node.low).inf(&node.high) - x).norm_squared()
             };
-            let children = [place + 1, node.second].map(|child| (distance(child), child));
+            let children = [place + 1, node.second].each(|child| (distance(child), child));
             let nearer = usize::from(children[1].0 < children[0].0);
             stack[height] = children[1 - nearer];
             stack[height + 1] = children[nearer];

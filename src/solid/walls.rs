@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use crate::each::array_of;
 pub(crate) use crate::geometry::OPPOSITE;
 use crate::geometry::Point;
 
@@ -30,7 +31,7 @@ impl Solid3 {
             let (inward, corners) = (-self.normals[facet], self.corners(facet));
             let is_small = (0..3).all(|k| (corners[k] - corners[(k + 1) % 3]).norm() < step);
             if sampled && is_small {
-                let cube = std::array::from_fn(|i| (corners[0][i] / step).floor() as i64);
+                let cube = array_of(|i| (corners[0][i] / step).floor() as i64);
                 let axis = inward.iamax();
                 if !looked.insert((cube, axis, inward[axis] > 0.0)) {
                     continue;

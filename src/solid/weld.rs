@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
+use crate::each::EachOf;
 use crate::geometry::{Disjoint, Point};
 
 use super::edges::{edge, half_edges};
@@ -69,7 +70,7 @@ pub(super) fn weld(vertices: &[Point<3>], facets: &[[u32; 3]], tolerance: f64) -
         place[k] = place[root];
     }
     let welded = facets.iter().enumerate().filter_map(|(origin, corners)| {
-        let corners = corners.map(|vertex| place[number[vertex as usize] as usize]);
+        let corners = corners.each(|vertex| place[number[vertex as usize] as usize]);
         let [a, b, c] = corners;
         (a != b && b != c && c != a).then_some(Facet { corners, origin: origin as u32 })
     });
@@ -79,7 +80,7 @@ pub(super) fn weld(vertices: &[Point<3>], facets: &[[u32; 3]], tolerance: f64) -
 /// Vertices of different bits in the order of facets, and the number of each vertex in use.
 fn same_bits(vertices: &[Point<3>], facets: &[[u32; 3]]) -> (Vec<Point<3>>, Vec<u32>) {
     const NONE: u32 = u32::MAX;
-    let bits = |x: &Point<3>| [0, 1, 2].map(|i| (x[i] + 0.0).to_bits());
+    let bits = |x: &Point<3>| [0, 1, 2].each(|i| (x[i] + 0.0).to_bits());
     let mut unique: Vec<Point<3>> = Vec::new();
     let mut number = vec![NONE; vertices.len()];
     // An open table of a quarter of the memory of a map: files may be large.
@@ -110,11 +111,11 @@ fn join_near(points: &[Point<3>], tolerance: f64, sets: &mut Disjoint) {
     let mut cells: Places<Cell> = Places::default();
     let mut next = vec![u32::MAX; points.len()];
     let at =
-        |x: &Point<3>, shift: [f64; 3]| [0, 1, 2].map(|i| ((x[i] + shift[i] * tolerance) * inverse).floor() as i64);
+        |x: &Point<3>, shift: [f64; 3]| [0, 1, 2].each(|i| ((x[i] + shift[i] * tolerance) * inverse).floor() as i64);
     for (k, x) in points.iter().enumerate() {
         let (low, high) = (at(x, [-1.0; 3]), at(x, [1.0; 3]));
         for corner in 0..8 {
-            let cell = [0, 1, 2].map(|i| if corner >> i & 1 == 0 { low[i] } else { high[i] });
+            let cell = [0, 1, 2].each(|i| if corner >> i & 1 == 0 { low[i] } else { high[i] });
             if (0..3).any(|i| corner >> i & 1 == 1 && low[i] == high[i]) {
                 continue;
             }
@@ -169,7 +170,7 @@ fn height(x: [Point<3>; 3]) -> (f64, usize) {
 
 /// Whether a facet is lower than `tolerance` over its longest side.
 fn is_flat(vertices: &[Point<3>], facet: &Facet, tolerance: f64) -> bool {
-    !(height(facet.corners.map(|vertex| vertices[vertex as usize])).0 > tolerance)
+    !(height(facet.corners.each(|vertex| vertices[vertex as usize])).0 > tolerance)
 }
 
 /// Drops facets lower than `tolerance` without which fewer edges bound an odd number of facets: slivers on an edge that bounds two facets
@@ -191,7 +192,7 @@ pub(super) fn drop_spare(vertices: &[Point<3>], facets: &mut Vec<Facet>, toleran
                 continue;
             }
             let corners = facets[k].corners;
-            let sides = [0, 1, 2].map(|i| edge(corners[i], corners[(i + 1) % 3]));
+            let sides = [0, 1, 2].each(|i| edge(corners[i], corners[(i + 1) % 3]));
             if sides.iter().filter(|side| counts.get(side).is_some_and(|count| count % 2 == 1)).count() < 2 {
                 continue;
             }
@@ -209,7 +210,7 @@ pub(super) fn drop_spare(vertices: &[Point<3>], facets: &mut Vec<Facet>, toleran
 
 /// Facets lower than `tolerance` over their longest side: that side is turned, so that what lay on it bounds the facet beyond.
 pub(super) fn turn_flat(vertices: &[Point<3>], facets: &mut Vec<Facet>, tolerance: f64) {
-    let corners_of = |facet: &Facet| facet.corners.map(|vertex| vertices[vertex as usize]);
+    let corners_of = |facet: &Facet| facet.corners.each(|vertex| vertices[vertex as usize]);
     let is_flat = |facet: &Facet| is_flat(vertices, facet, tolerance);
     for _ in 0..ROUNDS {
         let flat: Vec<usize> = (0..facets.len()).filter(|&k| is_flat(&facets[k])).collect();
@@ -221,7 +222,7 @@ pub(super) fn turn_flat(vertices: &[Point<3>], facets: &mut Vec<Facet>, toleranc
         let mut changed = false;
         for k in flat {
             let corner = height(corners_of(&facets[k])).1;
-            let [b, c, a] = [0, 1, 2].map(|i| facets[k].corners[(corner + i) % 3]);
+            let [b, c, a] = [0, 1, 2].each(|i| facets[k].corners[(corner + i) % 3]);
             let key = edge(a, c);
             let from = halves.partition_point(|half| half.key < key);
             let both: Vec<usize> =
@@ -236,7 +237,7 @@ pub(super) fn turn_flat(vertices: &[Point<3>], facets: &mut Vec<Facet>, toleranc
             }
             let before = height(corners_of(&facets[other])).0;
             let [first, second] = [[a, b, d], [b, c, d]];
-            let lowest = [first, second].map(|corners| height(corners.map(|vertex| vertices[vertex as usize])).0);
+            let lowest = [first, second].each(|corners| height(corners.each(|vertex| vertices[vertex as usize])).0);
             if is_flat(&facets[other]) && !(lowest[0].min(lowest[1]) > before) {
                 continue;
             }

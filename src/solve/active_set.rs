@@ -1,5 +1,6 @@
 //! Cycling of the active set of a contact: Newton's method between two states that lead to each other.
 
+use crate::each::Each;
 use crate::linear::vector::norm;
 
 /// An attempt whose active set cycles is allowed this many times the usual iterations.
@@ -138,7 +139,7 @@ impl ActiveSetCycling {
 
 /// Adds a part of the median of a diagonal, whose entries stand at the given places, to all of it.
 pub(super) fn shift_diagonal(values: &mut [f64], diagonal: &[usize], part: f64) {
-    let mut all: Vec<f64> = diagonal.iter().map(|&place| values[place]).collect();
+    let mut all: Vec<f64> = diagonal.mapped(|&place| values[place]);
     let middle = all.len() / 2;
     if middle < all.len() {
         let median = *all.select_nth_unstable_by(middle, f64::total_cmp).1;

@@ -1,5 +1,6 @@
 //! What is controlled where the load factor is an unknown, and where attempts start.
 
+use crate::each::Each;
 use crate::error::SolveError;
 use crate::term::parted_mut;
 
@@ -39,7 +40,7 @@ impl Functional for Arc {
 impl Equilibrium<'_> {
     /// A state `factor` times a tangent displacement ahead, as far as that is admissible, its condensed unknowns recovered along.
     pub(super) fn along(&mut self, state: &State, answer: &[f64], factor: f64) -> State {
-        let displacement = answer.iter().map(|a| factor * a).collect();
+        let displacement = answer.mapped(|a| factor * a);
         let multipliers = vec![0.0; state.multipliers.len()];
         let step = Increment { displacement, multipliers, load: factor, ..Increment::default() };
         let mut ahead = state.clone();
@@ -61,7 +62,7 @@ impl Equilibrium<'_> {
         let mut predicted = state.clone();
         let step: Vec<f64> =
             state.displacement.iter().zip(&before.displacement).map(|(now, then)| ratio * (now - then)).collect();
-        let mut unused: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
+        let mut unused: Vec<Vec<f64>> = state.condensed.mapped(|l| vec![0.0; l.len()]);
         // Rigid surfaces move with the load: how far in a step leads is judged at the load that is predicted.
         predicted.load += ratio * (state.load - before.load);
         let factor = self.model.at_own(&predicted).advance_own(&step, &mut unused);

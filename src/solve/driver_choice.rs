@@ -1,5 +1,6 @@
 //! Which quantity drives a run: the load, a deflection or the arc.
 
+use crate::each::Each;
 use crate::linear::vector::root_mean_square;
 
 use super::continuation::Continuation;
@@ -36,7 +37,7 @@ impl<'a, 'o> Continuation<'a, 'o> {
         // At the first state, wherever the path has come to by now: a resumed run controls the same deflection.
         let start = &self.path.start;
         let loads = self.equilibrium.model.at_own(start).load_slope();
-        let total: f64 = loads.iter().map(|f| f.abs()).sum();
+        let total: f64 = loads.summed(|f| f.abs());
         if total == 0.0 && stepping.control == StepControl::Auto {
             // Driven by prescribed displacements alone.
             return None;
@@ -106,8 +107,8 @@ impl<'a, 'o> Continuation<'a, 'o> {
     /// The mean displacement along the loads, positive for positive ones, and its first increment: a part of that by the tangent
     /// displacement, `rest` times `answer`, whose largest gradient is given.
     fn deflection(&self, loads: &[f64], answer: &[f64], rest: f64, gradient: f64) -> Option<(Driver, f64)> {
-        let total: f64 = loads.iter().map(|f| f.abs()).sum();
-        let deflection = Deflection { weights: loads.iter().map(|f| -f / total).collect() };
+        let total: f64 = loads.summed(|f| f.abs());
+        let deflection = Deflection { weights: loads.mapped(|f| -f / total) };
         let first = deflection.value(answer) * rest * FIRST_GRADIENT / gradient;
         (first > 0.0 && first.is_finite()).then_some((Driver::Deflection(deflection), first))
     }

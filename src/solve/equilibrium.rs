@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 
 use crate::assembly::{Assembler, Model, System, release};
 use crate::boundary::{Constraints, Reduction};
+use crate::each::Each;
 use crate::error::{Cause, SolveError};
 use crate::linear::vector::norm;
 use crate::linear::{Inertia, LinearSolver, LinearSystem};
@@ -112,7 +113,7 @@ impl<'a> Equilibrium<'a> {
         break_points.retain(|&break_point| break_point > 0.0 && break_point < 1.0);
         break_points.sort_unstable_by(f64::total_cmp);
         break_points.dedup();
-        let rounding: f64 = model.terms().iter().map(|term| term.rounding()[1].powi(2)).sum();
+        let rounding: f64 = model.terms().summed(|term| term.rounding()[1].powi(2));
         Equilibrium {
             model,
             equations,

@@ -3,6 +3,7 @@
 
 use crate::assembly::Model;
 use crate::boundary::{ConstraintEquation, Constraints};
+use crate::each::Each;
 use crate::term::{Amplitude, Curve, straight_until};
 
 /// Curves shorter than this part of the longest one are rounding: points on the axis of a turn.
@@ -25,7 +26,7 @@ impl<'a> MotionLimit<'a> {
         moved.sort_unstable();
         moved.dedup();
         // The equations of one particle that is moved along a curve, and the factors that make their values lengths.
-        let mut each: Vec<Vec<(&'a ConstraintEquation, f64)>> = moved.iter().map(|_| Vec::new()).collect();
+        let mut each: Vec<Vec<(&'a ConstraintEquation, f64)>> = moved.mapped(|_| Vec::new());
         for equation in equations.iter().filter(|_| !moved.is_empty()) {
             if let Ok(curve) = moved.binary_search(&particle(equation)) {
                 each[curve].push((equation, 1.0 / equation.measure()));
@@ -34,7 +35,7 @@ impl<'a> MotionLimit<'a> {
         let curve = |equations: Vec<(&'a ConstraintEquation, f64)>| {
             let value =
                 |&(own, factor): &(&ConstraintEquation, f64), load| factor * own.target * own.amplitude.value(load);
-            Curve::new(Box::new(move |load| equations.iter().map(|own| value(own, load)).collect()) as Position<'a>)
+            Curve::new(Box::new(move |load| equations.mapped(|own| value(own, load))) as Position<'a>)
         };
         let mut motions: Vec<_> = each.into_iter().map(curve).collect();
         let longest = motions.iter().map(|curve| curve.extent).fold(0.0, f64::max);

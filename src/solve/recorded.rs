@@ -1,5 +1,6 @@
 //! Whether a recorded path belongs to the problem that is to go on with it.
 
+use crate::each::Each;
 use crate::error::{Error, SolveError};
 use crate::linear::vector::norm;
 
@@ -41,7 +42,7 @@ impl Continuation<'_, '_> {
         let mut left = Vec::new();
         equations.violation(&state.displacement, state.load, &mut left);
         let sums = equations.equations().iter().map(|equation| {
-            let sum: f64 = equation.entries.iter().map(|&(k, c)| (c * state.displacement[k]).abs()).sum();
+            let sum: f64 = equation.entries.summed(|&(k, c)| (c * state.displacement[k]).abs());
             sum.max((equation.target * equation.amplitude.evaluate(state.load).0).abs())
         });
         let violation = norm(&left) / norm(&sums.collect::<Vec<_>>()).max(f64::MIN_POSITIVE);

@@ -1,6 +1,7 @@
 //! Solutions of the linearised equations: the factors carry the symmetric part, sweeps or minimal residuals the rest.
 
 use crate::assembly::System;
+use crate::each::{Each, list_of};
 use crate::error::{Cause, LinearError};
 use crate::linear::minimal_residuals;
 use crate::linear::vector::norm;
@@ -62,7 +63,7 @@ impl Equilibrium<'_> {
     /// [`Cause::Singular`] where the factors leave too much of the right-hand side, and [`Cause::Refused`] for lists of other lengths
     /// than this problem has.
     pub fn solve(&mut self, rhs: Rhs<'_>) -> Result<Increment, Cause> {
-        let negative = |all: &[f64]| all.iter().map(|x| -x).collect::<Vec<f64>>();
+        let negative = |all: &[f64]| all.mapped(|x| -x);
         let (unknowns, equations) = (self.model.unknowns(), self.equations.len());
         let (force, jump, kept) = match rhs {
             Rhs::Residual => (negative(&self.system.residual), self.violation.clone(), Kept::Gaps),
@@ -103,14 +104,14 @@ impl Equilibrium<'_> {
         let mut step = Increment {
             displacement: vec![0.0; force.len()],
             multipliers: vec![0.0; jump.len()],
-            kept: self.system.zones.iter().map(gap).collect(),
+            kept: self.system.zones.mapped(gap),
             ..Increment::default()
         };
         let pressures = (kept != Kept::Fully).then_some(&mut step.kept[..]);
         let (solution, left) = self.solve_reduced(&rhs, pressures, kept == Kept::Fully)?;
         step.left = left;
         self.reduction.recover(&solution, jump, &mut step.displacement, &mut step.multipliers);
-        let mut residual: Vec<f64> = force.iter().map(|force| -force).collect();
+        let mut residual: Vec<f64> = force.mapped(|force| -force);
         self.reduction.stiffen(&step.displacement, &self.system, &mut residual);
         self.reduction.react(&residual, &mut step.multipliers);
         Ok(step)
@@ -217,7 +218,7 @@ impl Equilibrium<'_> {
     pub fn weakest_mode(&mut self) -> Result<Vec<f64>, Cause> {
         // From anything that has a part of all modes.
         let unknowns = self.model.unknowns();
-        let mut mode: Vec<f64> = (0..unknowns).map(|k| ((k + 1) as f64 * GOLDEN).fract() - 0.5).collect();
+        let mut mode: Vec<f64> = list_of(unknowns, |k| ((k + 1) as f64 * GOLDEN).fract() - 0.5);
         let (mut reduced_mode, zeros) = (Vec::new(), vec![0.0; self.equations.len()]);
         let mut unused = zeros.clone();
         for _ in 0..INVERSE_ITERATIONS {

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use crate::each::Each;
 use crate::order;
 use crate::output::{Cell, Table};
 use crate::scene::Problem;
@@ -167,7 +168,7 @@ impl<const D: usize> Answer<D> {
     pub fn table(&self) -> Table {
         let mut table = Table::new(["functions", "counts", "unknowns", "iterations", "seconds", "bytes", "estimate"]);
         table.rows.extend(self.all().map(|level| {
-            let counts: Vec<String> = level.counts.iter().map(usize::to_string).collect();
+            let counts: Vec<String> = level.counts.mapped(usize::to_string);
             vec![
                 Cell::from(level.functions),
                 Cell::from(counts.join(" × ")),

@@ -1,5 +1,6 @@
 //! The dilation that fits a scene: an open question of the paper, answered by the potential.
 
+use crate::each::Each;
 use crate::error::{Error, Invalid, SolveError};
 use crate::quadrature::gauss_legendre;
 use crate::scene::{Dilation, Problem, Scene, Scheme};
@@ -94,7 +95,7 @@ pub fn potential<const D: usize>(problem: &Problem<D>, state: &State) -> Result<
     for (term, condensed) in problem.model().terms().iter().zip(&state.condensed).skip(1) {
         let stores = stored(&**term, View { displacement: &state.displacement, condensed, load: state.load }) != 0.0;
         for (s, weight) in abscissae.iter().zip(&weights) {
-            let d: Vec<f64> = state.displacement.iter().map(|d| s * d).collect();
+            let d: Vec<f64> = state.displacement.mapped(|d| s * d);
             let mut along = |load| {
                 let view = View { displacement: &d, condensed, load };
                 work_rate(&**term, view, &state.displacement, &mut element)

@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector, Matrix3, SVector};
+use nalgebra::{DMatrix, DVector, Matrix3};
 
+use crate::each::{Each, EachOf, list_of, point_of};
 use crate::error::Error;
 use crate::geometry::{Point, all_padded};
 use crate::material::{Material, Past};
@@ -136,9 +137,9 @@ impl<'a, const D: usize> Changes<'a, D> {
             let past = Past { memory: &rest, elapsed: 0.0 };
             let tangent = |f: &Matrix3<f64>| body.material().response_from(f, past).tangent;
             let at = |(point, p): (usize, f64)| {
-                let [new, old] = [&state.displacement, &before].map(|d| body.deformation_gradient(point, d));
+                let [new, old] = [&state.displacement, &before].each(|d| body.deformation_gradient(point, d));
                 let strain = new - old;
-                let strain = SVector::<f64, 9>::from_fn(|row, _| strain[(row / 3, row % 3)]);
+                let strain = point_of::<9>(|row| strain[(row / 3, row % 3)]);
                 let change = tangent(&new) * strain;
                 let change = Matrix3::from_fn(|i, j| change[3 * i + j]);
                 let volumetric = body.material().volumetric().map(|volumetric| volumetric.evaluate(new.determinant()));
@@ -210,8 +211,8 @@ fn dual_pressures<const D: usize>(answer: &Answer<D>, number: usize, dual: &[f64
     let moved = largest(&state.displacement);
     let scale = SMALL * if moved > 0.0 { moved } else { 1.0 } / size;
     let answered = |scale: f64| {
-        let step: Vec<f64> = dual.iter().map(|z| scale * z).collect();
-        let mut condensed: Vec<Vec<f64>> = state.condensed.iter().map(|c| vec![0.0; c.len()]).collect();
+        let step: Vec<f64> = dual.mapped(|z| scale * z);
+        let mut condensed: Vec<Vec<f64>> = state.condensed.mapped(|c| vec![0.0; c.len()]);
         problem.model().at_own(state).advance_own(&step, &mut condensed);
         condensed.swap_remove(number)
     };
@@ -250,7 +251,7 @@ impl<'a, const D: usize> Carry<'a, D> {
             of[table.clusters().points(cluster)].fill(cluster);
         }
         let positions = to.body().table().positions();
-        let clusters = positions.iter().map(|x| of[nearest.nearest(x).unwrap_or(0)]).collect();
+        let clusters = positions.mapped(|x| of[nearest.nearest(x).unwrap_or(0)]);
         Ok(Carry { from, number, nodes: to.nodes(), given, own, clusters, positions })
     }
 
@@ -262,11 +263,9 @@ impl<'a, const D: usize> Carry<'a, D> {
     /// Values at the points of one table at those of the other, by linear functions in each cluster.
     fn at_points(&self, values: &[f64]) -> Vec<f64> {
         let table = self.from.body().table();
-        let fits: Vec<_> = (0..table.clusters().len())
-            .map(|cluster| {
-                linear(table.clusters().points(cluster).map(|point| (table.positions()[point], values[point])))
-            })
-            .collect();
+        let fits: Vec<_> = list_of(table.clusters().len(), |cluster| {
+            linear(table.clusters().points(cluster).map(|point| (table.positions()[point], values[point])))
+        });
         let at = |(x, &cluster): (&Point<D>, &usize)| {
             let (centre, mean, slope) = &fits[cluster];
             mean + slope.dot(&(x - centre))
@@ -300,7 +299,7 @@ fn linear<const D: usize>(points: impl Iterator<Item = (Point<D>, f64)>) -> (Poi
     for (axis, &square) in spread.eigenvectors.column_iter().zip(&spread.eigenvalues) {
         if square > flat {
             let along = axis.dot(&rhs) / square;
-            slope += Point::from_fn(|i, _| along * axis[i]);
+            slope += point_of(|i| along * axis[i]);
         }
     }
     (centre, mean, slope)

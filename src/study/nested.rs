@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use crate::each::{Each, EachOf};
 use crate::error::{Error, Invalid, SolveError};
 use crate::scene::{ApproximationChoice, Judging, Problem, Scheme};
 use crate::solve::{Dual, Ending, EquilibriumPath, Newton, State};
@@ -33,7 +34,7 @@ pub(super) fn check<const D: usize>(tolerance: &Tolerance<D>) -> Result<(), Erro
 
 /// The verdict where a further model could not be solved.
 pub(super) fn failed(counts: &[usize], error: &Error, limits: &Limits<'_>) -> Verdict {
-    let particles: Vec<String> = counts.iter().map(usize::to_string).collect();
+    let particles: Vec<String> = counts.mapped(usize::to_string);
     let particles = particles.join(" × ");
     Verdict::NotReached(if let Some(why) = limits.late() {
         format!("{why} with the model of {particles} particles under way")
@@ -49,7 +50,7 @@ pub(super) fn unsettled<const D: usize>(answer: &Answer<D>, tolerance: &Toleranc
     let [.., before, last] = &answer.levels[..] else { return String::new() };
     let changes = changes(before, last, tolerance).enumerate();
     let Some((k, _)) = changes.max_by(|a, b| a.1.total_cmp(&b.1)) else { return String::new() };
-    let [from, to] = [before, last].map(|level| level.values[k]);
+    let [from, to] = [before, last].each(|level| level.values[k]);
     // What is zero but for rounding never settles.
     let remedy = "where it vanishes, Quantity::relative_to says what size counts";
     let name = tolerance.quantities[k].name();
@@ -101,7 +102,7 @@ pub(super) fn solve<const D: usize>(
         // What a coarse model has in doubt a finer one may not have.
         None => problem.run_with(&mut *limits)?.reached()?,
     };
-    let values = requested.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
+    let values = requested.try_mapped(|q| q.evaluate(&problem, path.last()))?;
     for (value, quantity) in values.iter().zip(&tolerance.quantities) {
         quantity.check(*value)?;
     }
@@ -191,8 +192,8 @@ fn duals<const D: usize>(
     path: &EquilibriumPath,
 ) -> Result<(Duals, usize), Error> {
     let state: &State = path.last();
-    let problems = requested.iter().map(|q| q.dual_problem(problem, state)).collect::<Result<Vec<_>, _>>()?;
-    let known: Vec<bool> = problems.iter().map(Option::is_some).collect();
+    let problems = requested.try_mapped(|q| q.dual_problem(problem, state))?;
+    let known: Vec<bool> = problems.mapped(Option::is_some);
     let problems: Vec<Dual> = problems.into_iter().flatten().collect();
     let (solved, bytes) = problem.analysis().duals(problem.model(), problem.equations(), state, &problems)?;
     let mut solved = solved.into_iter();

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::cells::{Cells, Refined};
+use crate::each::EachOf;
 use crate::error::{Error, GeometryError, Incompatible};
 use crate::scene::{Scene, Scheme};
 
@@ -77,7 +78,7 @@ impl Scene<2> {
             );
         }
         let even = |length: f64| 2 * (0.5 * FIRST * length / shortest).round() as usize;
-        let cells = Refined::new(domain, lengths.map(even))?;
+        let cells = Refined::new(domain, lengths.each(even))?;
         let local = Local { scene: self, scheme, cells, parents: Vec::new() };
         let start = Instant::now();
         search(local, tolerance, budget, &mut Limits::new(watch, budget, &|| start.elapsed()))

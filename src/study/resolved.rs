@@ -1,6 +1,7 @@
 //! Whether the cells of a model see the narrowest places of a body.
 
 use crate::cells::Cells;
+use crate::each::EachOf;
 use crate::scene::Problem;
 
 /// Opposite sides of a cell differ by this factor at most: beyond it displacements around a bore, which fall with the distance from its
@@ -27,7 +28,7 @@ pub(super) fn overlooked<const D: usize>(problem: &Problem<D>) -> Option<Vec<f64
 /// Whether the sides of a cell of a lattice along one axis differ by too much.
 fn sides_differ<const D: usize>(cells: &dyn Cells<D>, corners: &[usize]) -> bool {
     let side = |from: usize, axis: usize| {
-        let [a, b] = [from, from | 1 << axis].map(|corner| cells.positions()[corners[corner]]);
+        let [a, b] = [from, from | 1 << axis].each(|corner| cells.positions()[corners[corner]]);
         (b - a).norm()
     };
     (0..D).any(|axis| differ((0..1 << D).filter(|corner| corner >> axis & 1 == 0).map(|corner| side(corner, axis))))

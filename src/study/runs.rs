@@ -1,6 +1,9 @@
 //! The runs of a study: their table, front and chart.
 
 #[cfg(feature = "chart")]
+#[cfg(feature = "chart")]
+use crate::each::Each;
+#[cfg(feature = "chart")]
 use crate::order;
 use crate::output::chart::{Chart, Colour, Marker, Series, Stroke};
 use crate::output::{Cell, Table};
@@ -176,7 +179,7 @@ impl Study {
             let lower = (0.5 * least).min(0.5 * self.uncertainty);
             chart = chart.band("uncertainty of the reference", lower, self.uncertainty);
         }
-        let front: Vec<[f64; 2]> = self.front().iter().map(|run| [run.seconds, run.error_envelope]).collect();
+        let front: Vec<[f64; 2]> = self.front().mapped(|run| [run.seconds, run.error_envelope]);
         let stairs: Vec<[f64; 2]> =
             front.windows(2).flat_map(|w| [w[0], [w[1][0], w[0][1]]]).chain(front.last().copied()).collect();
         chart = chart.with(Series::line("front", &stairs).stroke(Stroke::Dashed).colour(Colour::Grey));

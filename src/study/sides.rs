@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::cells::Layout;
+use crate::each::{Each, EachOf};
 use crate::error::{Error, Incompatible};
 use crate::scene::{ApproximationChoice, Scene, Scheme, Source, edge_lengths};
 
@@ -55,7 +56,7 @@ impl<const D: usize> Sides<D> {
         let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
         let first = if longest > THIN * shortest { longest / FIRST_ALONG } else { shortest / FIRST_ACROSS };
         // Sides that are nearly alike are taken as equal to the shortest, in favour of cells of any shape.
-        let lengths = lengths.map(|l| if l < ALIKE * shortest { shortest } else { l });
+        let lengths = lengths.each(|l| if l < ALIKE * shortest { shortest } else { l });
         let elements = scheme.approximation == ApproximationChoice::Elements && scheme.order > 1;
         // A basis needs as many particles along each axis as its polynomials of one variable have terms.
         let fewest = scheme.order as f64;
@@ -75,7 +76,7 @@ impl<const D: usize> Sides<D> {
             let cells = if self.scattered || D == 1 { cells.round().max(1.0) } else { even.max(2.0) };
             (cells * fineness).round() as usize
         };
-        self.lengths.iter().map(cells).collect()
+        self.lengths.mapped(cells)
     }
 
     pub(crate) fn counts(&self, fineness: f64) -> Vec<usize> {
@@ -94,12 +95,12 @@ impl<const D: usize> Sides<D> {
         if !(self.elements && D > 1 && matches!(scheme.layout, Layout::Regular)) {
             return scheme;
         }
-        let elements: Vec<f64> = counts.iter().map(|&n| ((n - 1) / 2) as f64).collect();
+        let elements: Vec<f64> = counts.mapped(|&n| ((n - 1) / 2) as f64);
         // Middle nodes stay in the middle.
         scheme.layout(Layout::Graded(Arc::new(move |axis, t| {
             let x = t * elements[axis];
             let element = (x + 1e-9).floor().min(elements[axis] - 1.0);
-            let [a, b] = [element, element + 1.0].map(|x| graded(x / elements[axis]));
+            let [a, b] = [element, element + 1.0].each(|x| graded(x / elements[axis]));
             a + (b - a) * (x - element)
         })))
     }

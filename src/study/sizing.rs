@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use crate::each::EachOf;
 use crate::error::{Error, SolveError};
 use crate::scene::{Scene, Scheme};
 use crate::solve::NO_FREE;
@@ -345,7 +346,7 @@ impl<'a, const D: usize> Search<'a, D> {
     /// Bytes of a model of so many unknowns, as factors grow under nested dissection: by the power 4/3 in space, $n\ln n$ in the plane.
     fn predicted_bytes(&self, unknowns: usize) -> f64 {
         let Some(last) = self.answer.levels.last() else { return 0.0 };
-        let [from, to] = [last.unknowns, unknowns].map(|n| n.max(2) as f64);
+        let [from, to] = [last.unknowns, unknowns].each(|n| n.max(2) as f64);
         let ratio = if D > 2 { (to / from).powf(4.0 / 3.0) } else { to * to.ln() / (from * from.ln()) };
         last.bytes as f64 * ratio
     }

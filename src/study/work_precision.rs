@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use crate::each::Each;
 use crate::error::{Error, Invalid, SolveError};
 use crate::scene::{Scene, Scheme};
 
@@ -122,7 +123,7 @@ impl<const D: usize> WorkPrecision<D> {
         for run in runs.iter_mut().filter(|run| run.failure.is_none()) {
             run.error = run.errors.iter().fold(0.0, |worst, e| f64::max(worst, e.abs()));
         }
-        let quantities = self.quantities.iter().map(|(q, _)| q.name().to_string()).collect();
+        let quantities = self.quantities.mapped(|(q, _)| q.name().to_string());
         let threads = crate::parallel::threads();
         let mut study = Study { name: self.name.clone(), quantities, runs: Vec::new(), uncertainty, threads };
         study.include(runs);

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::cells::Smoothing;
+use crate::each::{EachOf, array_of};
 use crate::geometry::Point;
 use crate::shape::{Approximation, ShapeFunctions};
 
@@ -83,7 +84,7 @@ impl Surroundings {
         let mut state = self.factors.len() as u64;
         self.factors.resize_with(self.numbers.len().max(self.factors.len()), || {
             state += 1;
-            std::array::from_fn(|k| factor(state * SUMS as u64 + k as u64))
+            array_of(|k| factor(state * SUMS as u64 + k as u64))
         });
         let mut sums = [0.0; SUMS];
         for (number, factors) in self.numbers.iter().zip(&self.factors) {
@@ -130,7 +131,7 @@ pub(super) fn sources(all: &[Likeness]) -> Vec<u32> {
     let source = |(cell, own): (usize, &Likeness)| {
         let place = own.sums[0] / WIDTH;
         let near = 2.0 * ROUNDING / WIDTH;
-        for bin in [place - near, place + near].map(|x| x.floor() as i64) {
+        for bin in [place - near, place + near].each(|x| x.floor() as i64) {
             let mut others = std::iter::successors(bins.get(&bin).copied(), |&other| earlier[other as usize]);
             if let Some(known) = others.find(|&other| like(&all[other as usize], own)) {
                 return known;

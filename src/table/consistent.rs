@@ -3,6 +3,7 @@
 use nalgebra::{Cholesky, SMatrix, SVector};
 
 use crate::cells::Smoothing;
+use crate::each::{Each, array_of, sum_of};
 use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
 use crate::kinematics::{Kinematics, hoop_components};
@@ -63,7 +64,7 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
         }
         starts.push(starts[starts.len() - 1] + points.len());
     }
-    let groups: Vec<usize> = smoothing.groups.iter().map(|&cell| starts[cell]).collect();
+    let groups: Vec<usize> = smoothing.groups.mapped(|&cell| starts[cell]);
     let positions = smoothing.interior.iter().flatten().map(|(at, _)| *at).collect();
     let (mut rows, clusters) =
         rows(&groups, &|SubCell { values, psi, cell: known, list, inverse }: &mut SubCell<D, Q>,
@@ -80,7 +81,7 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
                     let from = smoothing.facet_points[smoothing.facet(facet as usize).start] - centre;
                     list.add([[0.0; Q]; 4], nodes, |a, sum| {
                         for j in 0..D {
-                            let moments: [f64; Q] = shifted(&std::array::from_fn(|k| sums[a][k][j]), &from);
+                            let moments: [f64; Q] = shifted(&array_of(|k| sums[a][k][j]), &from);
                             for k in 0..Q {
                                 sum[j][k] += sign * moments[k];
                             }
@@ -99,7 +100,7 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
                     rows.rcond = rows.rcond.min(psi.rcond);
                     let [off_axis, inverse] = if hoops.is_empty() { [0.0; 2] } else { measured.hoop(at, *weight)? };
                     let over_radius = off_axis * inverse;
-                    let falls: [[f64; Q]; D] = std::array::from_fn(|j| slopes(&(at - centre), j));
+                    let falls: [[f64; Q]; D] = array_of(|j| slopes(&(at - centre), j));
                     list.add([[0.0; Q]; 4], &psi.nodes, |a, sum| {
                         let value = weight * psi.values[a] * measure;
                         for j in 0..D {
@@ -127,7 +128,7 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
             let share = *inverse * linear::<D, Q>(at, centre);
             rows.nodes.extend_from_slice(&list.nodes);
             for slot in 0..slots {
-                rows.gradients.extend(list.sums.iter().map(|sum| (0..Q).map(|k| sum[slot][k] * share[k]).sum::<f64>()));
+                rows.gradients.extend(list.sums.iter().map(|sum| sum_of(Q, |k| sum[slot][k] * share[k])));
             }
             rows.weights.push(weight * measured.at(at)?);
             Ok(())

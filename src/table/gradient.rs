@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix3;
 
+use crate::each::array_of;
 use crate::simd::Arithmetic;
 
 /// $\nabla u$ at a point from its nodes and their gradients by slot; see [`ShapeTable::displacement_gradient`].
@@ -19,7 +20,7 @@ pub(crate) fn displacement_gradient<A: Arithmetic, const D: usize>(
     let mut hoop = [0.0; LANES];
     let (whole, rest) = nodes.as_chunks::<LANES>();
     for (chunk, four) in whole.iter().enumerate() {
-        let u: [[f64; LANES]; D] = std::array::from_fn(|i| std::array::from_fn(|l| d[four[l] as usize * D + i]));
+        let u: [[f64; LANES]; D] = array_of(|i| array_of(|l| d[four[l] as usize * D + i]));
         for j in 0..D {
             let g = &gradients[j * n + chunk * LANES..][..LANES];
             for i in 0..D {

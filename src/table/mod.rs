@@ -19,6 +19,8 @@ pub(crate) use gradient::displacement_gradient;
 use nalgebra::Matrix3;
 
 use crate::cells::Smoothing;
+#[cfg(feature = "solve")]
+use crate::each::{Each, sum_of};
 use crate::error::{ApproximationError, Error, GeometryError, Invalid};
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
@@ -337,13 +339,13 @@ impl<const D: usize> ShapeTable<D> {
     /// Adds the forces of a stress at a point, $P:\nabla\Psi_I$ with hoops, to a vector over all nodes.
     #[cfg(feature = "solve")]
     pub(crate) fn add_stress(&self, point: usize, stress: &Matrix3<f64>, forces: &mut [f64]) {
-        let hoops: f64 = self.hoop_components().iter().map(|&c| stress[(c, c)]).sum();
+        let hoops: f64 = self.hoop_components().summed(|&c| stress[(c, c)]);
         let (nodes, gradients) = (self.nodes(point), self.gradients(point));
         for (a, &node) in nodes.iter().enumerate() {
             let at = |slot: usize| gradients[slot * nodes.len() + a];
             let own = &mut forces[node as usize * D..][..D];
             for (i, own) in own.iter_mut().enumerate() {
-                *own += (0..D).map(|j| stress[(i, j)] * at(j)).sum::<f64>();
+                *own += sum_of(D, |j| stress[(i, j)] * at(j));
             }
             if hoops != 0.0 {
                 own[0] += hoops * at(D);

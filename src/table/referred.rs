@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix3;
 
+use crate::each::{Each, sum_of};
 use crate::error::{Error, GeometryError, Invalid, SolveError};
 use crate::geometry::Point;
 use crate::tensor;
@@ -19,7 +20,7 @@ impl<const D: usize> ShapeTable<D> {
     /// # Errors
     /// Where the stretch is not between 0.1 and 10.
     pub(crate) fn expanding(mut self, stretch: impl Fn(&Point<D>) -> f64) -> Result<Self, Error> {
-        let factors: Vec<f64> = self.positions.iter().map(stretch).collect();
+        let factors: Vec<f64> = self.positions.mapped(stretch);
         if let Some(point) = factors.iter().position(|s| !(MOST_EXPANSION.recip()..=MOST_EXPANSION).contains(s)) {
             let what = format!("stretch of free expansion at X = {:?}", self.positions[point].as_slice());
             let needed = "give the stretch itself, 1 + alpha times the change of temperature: from 0.1 to 10, a thousand times the volume";
@@ -31,7 +32,7 @@ impl<const D: usize> ShapeTable<D> {
             self.gradients[entries.start * self.slots..entries.end * self.slots].iter_mut().for_each(|g| *g /= factor);
             self.weights[point] *= factor.powi(3);
         }
-        self.rest = factors.iter().map(|factor| 1.0 / factor).collect();
+        self.rest = factors.mapped(|factor| 1.0 / factor);
         Ok(self)
     }
 
@@ -87,7 +88,7 @@ impl<const D: usize> ShapeTable<D> {
             let old = self.gradients(point);
             for a in 0..n {
                 for i in 0..D {
-                    current.gradients[start + i * n + a] = (0..D).map(|j| old[j * n + a] * inverse[(j, i)]).sum();
+                    current.gradients[start + i * n + a] = sum_of(D, |j| old[j * n + a] * inverse[(j, i)]);
                 }
                 if let Some(&k) = self.hoops.first() {
                     current.gradients[start + D * n + a] = old[D * n + a] * inverse[(k, k)];

@@ -1,6 +1,7 @@
 //! Gradients averaged over sub-cells, from values on their facets.
 
 use crate::cells::Smoothing;
+use crate::each::Each;
 use crate::error::{Error, GeometryError};
 use crate::kinematics::{Kinematics, hoop_components};
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
@@ -70,7 +71,7 @@ fn shared<const D: usize>(
     }
     let mut row_of = vec![0; sources.len()];
     own.iter().enumerate().for_each(|(k, &cell)| row_of[cell] = k);
-    rows.starts = sources.iter().map(|&source| written.starts[row_of[source as usize]]).collect();
+    rows.starts = sources.mapped(|&source| written.starts[row_of[source as usize]]);
     (rows.gradients, rows.rcond) = (written.gradients, written.rcond);
     Ok(Some((rows, clusters)))
 }

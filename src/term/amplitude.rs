@@ -3,6 +3,8 @@
 use std::fmt;
 use std::sync::Arc;
 
+#[cfg(feature = "solve")]
+use crate::each::Each;
 use crate::error::BoundaryError;
 
 /// The factor of a load as a function of the load factor $\lambda$.
@@ -91,9 +93,7 @@ impl Amplitude {
         match self {
             Amplitude::Ramp => Amplitude::Table(vec![(0.0, by), (1.0, by + 1.0)]),
             Amplitude::Constant => Amplitude::Table(vec![(0.0, by + 1.0), (1.0, by + 1.0)]),
-            Amplitude::Table(pairs) => {
-                Amplitude::Table(pairs.iter().map(|&(load, value)| (load, value + by)).collect())
-            }
+            Amplitude::Table(pairs) => Amplitude::Table(pairs.mapped(|&(load, value)| (load, value + by))),
             Amplitude::Function(function) => {
                 let function = function.clone();
                 Amplitude::Function(Arc::new(move |load| function(load) + by))

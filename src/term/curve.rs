@@ -1,5 +1,5 @@
 //! Curves of prescribed values over the load factor: a value that turns or returns within a step would be missed.
-
+use crate::each::Each;
 /// Largest departure of a curve from the straight line between the ends of a step, relative to the largest change within the
 /// step: a quarter turn departs by 0.207, half a turn by 0.5, and a full turn comes back.
 const STRAIGHT: f64 = 0.22;
@@ -32,7 +32,7 @@ impl<F: Fn(f64) -> Vec<f64>> Curve<F> {
     pub(crate) fn is_straight(&self, from: f64, to: f64) -> bool {
         let (start, end) = (self.at(from), self.at(to));
         let line: Vec<f64> = end.iter().zip(&start).map(|(b, a)| b - a).collect();
-        let length = line.iter().map(|l| l * l).sum::<f64>();
+        let length = line.summed(|l| l * l);
         let (mut reached, mut departure, mut change): (f64, f64, f64) = (0.0, 0.0, length.sqrt());
         for part in PARTS {
             let at = self.at(from + part * (to - from));

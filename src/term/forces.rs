@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use super::Term;
 use super::element::{Element, View};
+#[cfg(feature = "solve")]
+use crate::each::sum_of;
 
 /// Hands out a node of each of some clusters with its part of the residual and of the load slope, without any matrix.
 pub(crate) fn each_force(
@@ -37,5 +39,5 @@ pub(crate) fn add_residual(term: &dyn Term, view: View<'_>, sum: &mut [f64]) {
 /// The energy that a term stores.
 #[cfg(feature = "solve")]
 pub(crate) fn stored(term: &dyn Term, view: View<'_>) -> f64 {
-    (0..term.clusters()).map(|cluster| term.energy(cluster, view)).sum()
+    sum_of(term.clusters(), |cluster| term.energy(cluster, view))
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
+use crate::each::{Each, list_of};
 use crate::error::SolveError;
 use crate::geometry::padded;
 use crate::table::ShapeTable;
@@ -316,10 +317,10 @@ impl<const D: usize> Term for Pointwise<D> {
             -derivatives.force
         };
         Some(ForceDensities {
-            positions: self.table.positions().iter().map(padded).collect(),
-            normals: self.table.normals().iter().map(padded).collect(),
+            positions: self.table.positions().mapped(padded),
+            normals: self.table.normals().mapped(padded),
             weights: self.table.weights().to_vec(),
-            forces: (0..self.table.len()).map(force).collect(),
+            forces: list_of(self.table.len(), force),
         })
     }
 }

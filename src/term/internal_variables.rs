@@ -3,6 +3,7 @@
 #[cfg(feature = "solve")]
 use nalgebra::Matrix3;
 
+use crate::each::EachOf;
 use crate::material::{Material, Past};
 #[cfg(feature = "solve")]
 use crate::tensor::cofactor;
@@ -97,7 +98,7 @@ impl<const D: usize> Body<D> {
             for point in clusters.points(cluster) {
                 let projected: f64 = self.phi(point).iter().zip(theta).map(|(phi, theta)| phi * theta).sum();
                 let own = self.deformation_gradient(point, view.displacement).determinant();
-                let slopes = [own, measure.volume(projected)].map(|j| self.pointwise_energy(volumetric, j).slope);
+                let slopes = [own, measure.volume(projected)].each(|j| self.pointwise_energy(volumetric, j).slope);
                 let next = &mut points[point * self.rest.len()..][self.material.memory()..self.rest.len()];
                 Kept::remember(prony, recall.of_volume(point), slopes, next);
             }

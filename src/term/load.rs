@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::each::array_of;
 use crate::error::{Invalid, SolveError};
 use crate::tensor::cofactor;
 
@@ -62,7 +63,7 @@ impl Integrand for FollowerPressure {
         derivatives.force = area * (self.pressure * factor);
         derivatives.force_by_load = area * (self.pressure * slope);
         // ∂cof F_iJ/∂F_kL N_J = ε_ikm (f_m × N)_L with the rows f_m of F.
-        let rows: [Vector3<f64>; 3] = std::array::from_fn(|m| at.deformation.row(m).transpose().cross(&at.normal));
+        let rows: [Vector3<f64>; 3] = array_of(|m| at.deformation.row(m).transpose().cross(&at.normal));
         for i in 0..3 {
             let (k, m) = ((i + 1) % 3, (i + 2) % 3);
             for l in 0..3 {

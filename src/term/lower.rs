@@ -1,5 +1,6 @@
 //! The lower half of a cluster's matrix, in blocks that whole registers are added to.
 
+use crate::each::array_of;
 use crate::simd::Arithmetic;
 
 /// Nodes of a window: one register of four numbers.
@@ -83,13 +84,12 @@ impl LowerBlocks {
         for b in 0..self.nodes {
             let start = Self::start(b);
             for j in 0..D {
-                let factors: [f64; N] = std::array::from_fn(|k| products[(k * D + j) * stride + b]);
+                let factors: [f64; N] = array_of(|k| products[(k * D + j) * stride + b]);
                 let (column, rows) = self.column_mut::<D>(b, j);
                 for i in 0..D {
                     let target = column[i * rows..(i + 1) * rows].as_chunks_mut::<WIDTH>().0;
-                    let sources: [&[[f64; WIDTH]]; N] = std::array::from_fn(|k| {
-                        &vectors[(k * D + i) * stride + start..].as_chunks::<WIDTH>().0[..target.len()]
-                    });
+                    let sources: [&[[f64; WIDTH]]; N] =
+                        array_of(|k| &vectors[(k * D + i) * stride + start..].as_chunks::<WIDTH>().0[..target.len()]);
                     for (a, entries) in target.iter_mut().enumerate() {
                         let mut sum = *entries;
                         for k in 0..N {

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::each::{EachOf, array_of};
 use crate::simd::{Arithmetic, LANES, Task, dispatch};
 use crate::table::ShapeTable;
 
@@ -92,8 +93,8 @@ fn eight(slot: &[f64], have: usize) -> [f64; LANES] {
 #[inline(always)]
 fn gradient<A: Arithmetic>(row: &[f64], n: usize, moved: &[Vec<[f64; LANES]>; 3]) -> [f64; 9] {
     let mut sums = [[[0.0; HALF]; 3]; 3];
-    let slots: [(&[[f64; HALF]], &[f64]); 3] = std::array::from_fn(|s| row[s * n..(s + 1) * n].as_chunks::<HALF>());
-    let [x, y, z] = moved.each_ref().map(|moved| moved.as_flattened().as_chunks::<HALF>().0);
+    let slots: [(&[[f64; HALF]], &[f64]); 3] = array_of(|s| row[s * n..(s + 1) * n].as_chunks::<HALF>());
+    let [x, y, z] = moved.each_ref().each(|moved| moved.as_flattened().as_chunks::<HALF>().0);
     let whole = n / HALF;
     for k in 0..whole {
         add::<A>(&[x[k], y[k], z[k]], &[slots[0].0[k], slots[1].0[k], slots[2].0[k]], &mut sums);
@@ -105,7 +106,7 @@ fn gradient<A: Arithmetic>(row: &[f64], n: usize, moved: &[Vec<[f64; LANES]>; 3]
         }
         add::<A>(&[x[whole], y[whole], z[whole]], &rest, &mut sums);
     }
-    std::array::from_fn(|k| {
+    array_of(|k| {
         let sum = &sums[k / 3][k % 3];
         (sum[0] + sum[2]) + (sum[1] + sum[3])
     })
@@ -192,7 +193,7 @@ fn contracted<A: Arithmetic>(tangents: &Tangents, strains: &[[f64; LANES]; 9]) -
             }
         }
         for l in 0..HALF {
-            stresses[half + l] = std::array::from_fn(|k| sums[k][l]);
+            stresses[half + l] = array_of(|k| sums[k][l]);
         }
     }
     stresses
@@ -216,7 +217,7 @@ fn take(zone: &Zone, local: &[u16], x: &[f64], moved: &mut [Vec<[f64; LANES]>; 3
 /// Adds forces of some nodes of a zone to those of all.
 #[inline(always)]
 fn give(local: &[u16], forces: &[Vec<[f64; LANES]>; 3], values: &mut [f64]) {
-    let [x, y, z] = forces.each_ref().map(|forces| forces.as_flattened());
+    let [x, y, z] = forces.each_ref().each(|forces| forces.as_flattened());
     let values = values.as_chunks_mut::<3>().0;
     for (((&place, x), y), z) in local.iter().zip(x).zip(y).zip(z) {
         let target = &mut values[usize::from(place)];

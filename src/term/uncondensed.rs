@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix4;
 
+use crate::each::array_of;
 use crate::simd::LANES;
 
 /// Functions of a zone at most.
@@ -90,7 +91,7 @@ impl Zone {
     pub(crate) fn gap(&self) -> [f64; FUNCTIONS] {
         let Some(compliance) = self.regular_hessian().try_inverse() else { return [0.0; FUNCTIONS] };
         let moved = compliance * nalgebra::Vector4::from(self.of_theta);
-        std::array::from_fn(|k| -(self.of_pi[k] + moved[k]))
+        array_of(|k| -(self.of_pi[k] + moved[k]))
     }
 
     /// $H$ with a unit diagonal for functions that the zone lacks.

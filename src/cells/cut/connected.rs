@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
 
+use crate::each::{EachOf, array_of};
 use crate::geometry::{Bounds, Point};
 use crate::neighbours::Adjacent;
 use crate::parallel::map_with;
@@ -146,7 +147,7 @@ impl Bricks {
             for &part in self.of(brick) {
                 let place = grid.place(brick);
                 let [low, high] =
-                    [0, grid.size(place)].map(|end| Point::<3>::from(place.map(|at| f64::from(at + end))));
+                    [0, grid.size(place)].each(|end| Point::<3>::from(place.each(|at| f64::from(at + end))));
                 with(part, Bounds { low: low.add_scalar(-EDGE_ON), high: high.add_scalar(EDGE_ON) });
             }
         }
@@ -155,7 +156,7 @@ impl Bricks {
 
 /// The solid angle of a triangle seen from the origin (van Oosterom and Strackee 1983).
 fn solid_angle([a, b, c]: [Point<3>; 3]) -> f64 {
-    let lengths = [a, b, c].map(|corner| corner.norm());
+    let lengths = [a, b, c].each(|corner| corner.norm());
     let whole: f64 = lengths.iter().product();
     let volume = a.dot(&cross(&b, &c));
     if volume.abs() <= EDGE_ON * whole {
@@ -171,10 +172,10 @@ impl Connected<'_> {
         let mut angle = 0.0;
         let point = |corner: u32| self.sections.point(self.split, corner) - x;
         for &(section, sign) in &part.sections {
-            each_triangle(self.sections, section, |corners| angle += sign * solid_angle(corners.map(point)));
+            each_triangle(self.sections, section, |corners| angle += sign * solid_angle(corners.each(point)));
         }
         for &patch in &part.patches {
-            angle += solid_angle(self.split.patches[patch as usize].corners.map(point));
+            angle += solid_angle(self.split.patches[patch as usize].corners.each(point));
         }
         angle / (4.0 * PI)
     }
@@ -202,9 +203,9 @@ impl Connected<'_> {
     fn near(&self, x: &Point<3>, found: &mut Vec<u32>) -> bool {
         let grid = &self.sections.grid;
         let first = found.len();
-        let ranges: [[i32; 2]; 3] = std::array::from_fn(|i| {
+        let ranges: [[i32; 2]; 3] = array_of(|i| {
             let whole = grid.counts[i] as i32 - 1;
-            [x[i] - EDGE_ON, x[i] + EDGE_ON].map(|end| (end.floor() as i32).clamp(0, whole))
+            [x[i] - EDGE_ON, x[i] + EDGE_ON].each(|end| (end.floor() as i32).clamp(0, whole))
         });
         let [[a, b], [c, d], [e, f]] = ranges;
         for place in (e..=f).flat_map(|k| (c..=d).flat_map(move |j| (a..=b).map(move |i| [i, j, k]))) {
@@ -225,9 +226,9 @@ impl Connected<'_> {
 
     /// The sub-cells with walls in the bricks that a box meets.
     pub(super) fn cut_near(&self, within: &Bounds<3>) -> Vec<u32> {
-        let ranges: [[i32; 2]; 3] = std::array::from_fn(|i| {
+        let ranges: [[i32; 2]; 3] = array_of(|i| {
             let whole = self.sections.grid.counts[i] as i32 - 1;
-            [within.low[i], within.high[i]].map(|end| (end.floor() as i32).clamp(0, whole))
+            [within.low[i], within.high[i]].each(|end| (end.floor() as i32).clamp(0, whole))
         });
         let [[a, b], [c, d], [e, f]] = ranges;
         let grid = &self.sections.grid;
@@ -250,14 +251,14 @@ impl Connected<'_> {
         let Some(divided) = self.by_brick.divisions.of_part.get(&part) else {
             return with(
                 part,
-                self.split.patches[patch as usize].corners.map(|corner| self.split.points[corner as usize]),
+                self.split.patches[patch as usize].corners.each(|corner| self.split.points[corner as usize]),
             );
         };
         for &piece in divided.of_patch.get(&patch).into_iter().flatten() {
             let corners = divided.split.patches[piece as usize].corners;
             let own = divided.bricks.of_patch[piece as usize];
             if own != NONE {
-                with(divided.first + own, corners.map(|corner| divided.place(&divided.split.points[corner as usize])));
+                with(divided.first + own, corners.each(|corner| divided.place(&divided.split.points[corner as usize])));
             }
         }
     }
@@ -267,9 +268,9 @@ impl Connected<'_> {
         let first = found.len();
         let mut best: Option<(f64, u32)> = None;
         let grid = &self.sections.grid;
-        let ranges: [[i32; 2]; 3] = std::array::from_fn(|i| {
+        let ranges: [[i32; 2]; 3] = array_of(|i| {
             let whole = grid.counts[i] as i32 - 1;
-            [x[i] - reach, x[i] + reach].map(|end| (end.floor() as i32).clamp(0, whole))
+            [x[i] - reach, x[i] + reach].each(|end| (end.floor() as i32).clamp(0, whole))
         });
         let [[a, b], [c, d], [e, f]] = ranges;
         let of = |leaf: [i32; 3]| self.by_brick.of(grid.brick(leaf));
@@ -314,7 +315,7 @@ impl Connected<'_> {
             }
             // The whole face between the bricks, however little of it the solid fills.
             let section = &self.sections.sections[section as usize];
-            let low = Point::<3>::from(self.sections.grid.place(section.brick as usize).map(f64::from));
+            let low = Point::<3>::from(self.sections.grid.place(section.brick as usize).each(f64::from));
             let mut high = low.add_scalar(f64::from(section.size));
             high[section.axis as usize] = low[section.axis as usize];
             with(other, &Bounds { low, high });

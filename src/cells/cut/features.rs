@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
+use crate::each::{Each, EachOf};
 use crate::geometry::Point;
 
 use super::parts::cross;
@@ -41,11 +42,11 @@ impl Features {
     /// Facets with the same mark and no sharp edge between them are one piece.
     pub(super) fn new(points: &[Point<3>], facets: &[[u32; 3]], marks: &[u32]) -> Self {
         let normal = |corners: &[u32; 3]| {
-            let [a, b, c] = corners.map(|corner| points[corner as usize]);
+            let [a, b, c] = corners.each(|corner| points[corner as usize]);
             let area = cross(&(b - a), &(c - a));
             area / area.norm().max(f64::MIN_POSITIVE)
         };
-        let normals: Vec<Point<3>> = facets.iter().map(normal).collect();
+        let normals: Vec<Point<3>> = facets.mapped(normal);
         // Sorted in one list: a list for each edge would be allocated by itself.
         let mut edges: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * facets.len());
         for (facet, corners) in facets.iter().enumerate() {
@@ -67,7 +68,7 @@ impl Features {
         for around in around() {
             let is_sharp = match around {
                 [first, second] => {
-                    let [first, second] = [first, second].map(|edge| edge.2 as usize);
+                    let [first, second] = [first, second].each(|edge| edge.2 as usize);
                     let is_sharp = normals[first].dot(&normals[second]) < SHARP;
                     if !is_sharp && marks[first] == marks[second] {
                         join(first, second);
@@ -88,7 +89,7 @@ impl Features {
         for around in around() {
             if let [first, second] = around {
                 let (a, b, _) = *first;
-                let [first, second] = [first, second].map(|edge| pieces[edge.2 as usize]);
+                let [first, second] = [first, second].each(|edge| pieces[edge.2 as usize]);
                 if first != second {
                     let length = (points[a as usize] - points[b as usize]).norm();
                     *lengths.entry([first.min(second), first.max(second)]).or_default() += length;
@@ -102,7 +103,7 @@ impl Features {
             others.len() != 2 || direction(others[0]).dot(&-direction(others[1])) < SHARP
         };
         let ends: Vec<u32> = sharp.iter().filter(|(at, others)| turns(**at, others)).map(|(at, _)| *at).collect();
-        let corners = ends.iter().map(|&end| points[end as usize]).collect();
+        let corners = ends.mapped(|&end| points[end as usize]);
         Features { creases: creases(points, &sharp, &ends), corners, pieces, needs, beside: lengths, curved, normals }
     }
 }
@@ -144,7 +145,7 @@ fn needs(normals: &[Point<3>], pieces: &[u32], count: usize) -> Vec<usize> {
         let squares = SymmetricEigen::new(*spread).eigenvalues;
         squares.iter().filter(|square| **square > FLAT.max(1e-6 * squares.max())).count()
     };
-    spread.iter().map(|spread| 1 + dimensions(spread)).collect()
+    spread.mapped(|spread| 1 + dimensions(spread))
 }
 
 /// Sharp edges joined end to end between corners.
@@ -168,7 +169,7 @@ fn creases(points: &[Point<3>], sharp: &BTreeMap<u32, Vec<u32>>, corners: &[u32]
                 (from, to) = (to, next);
             }
             let closed = path.len() > 2 && path[0] == path[path.len() - 1] && !is_corner(first);
-            found.push(Crease { points: path.iter().map(|&at| points[at as usize]).collect(), closed });
+            found.push(Crease { points: path.mapped(|&at| points[at as usize]), closed });
         }
     }
     found

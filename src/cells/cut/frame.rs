@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix3;
 
+use crate::each::{Each, EachOf};
 use crate::error::{GeometryError, Invalid};
 use crate::geometry::{Point, unit};
 use crate::order;
@@ -64,7 +65,7 @@ impl Frame {
         let mut shift = Point::<3>::zeros();
         let mut counts = [0; 3];
         for axis in 0..3 {
-            let mut along: Vec<f64> = vertices.iter().map(|x| frame.local(x)[axis]).collect();
+            let mut along: Vec<f64> = vertices.mapped(|x| frame.local(x)[axis]);
             along.sort_by(f64::total_cmp);
             let (low, high) = (along[0], along[along.len() - 1]);
             let bricks = ((high - low).ceil() + 6.0) / STEP as f64;
@@ -105,15 +106,12 @@ impl Frame {
 /// Axes along the largest plane faces; none where those of space are as good.
 pub(super) fn dominant_axes(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Option<Matrix3<f64>> {
     let mut directions: Vec<(Point<3>, f64)> = Vec::new();
-    let mut areas: Vec<(Point<3>, f64)> = facets
-        .iter()
-        .map(|facet| {
-            let [a, b, c] = facet.map(|corner| vertices[corner as usize]);
-            let area = cross(&(b - a), &(c - a)) * 0.5;
-            (area / area.norm().max(f64::MIN_POSITIVE), area.norm())
-        })
-        .collect();
-    let whole: f64 = areas.iter().map(|facet| facet.1).sum();
+    let mut areas: Vec<(Point<3>, f64)> = facets.mapped(|facet| {
+        let [a, b, c] = facet.each(|corner| vertices[corner as usize]);
+        let area = cross(&(b - a), &(c - a)) * 0.5;
+        (area / area.norm().max(f64::MIN_POSITIVE), area.norm())
+    });
+    let whole: f64 = areas.summed(|facet| facet.1);
     // Large facets first: directions of more than a share of the surface show among few.
     order::sort(&mut areas, &|a, b| b.1.total_cmp(&a.1));
     for (normal, area) in areas {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::each::{EachOf, array_of};
 use crate::geometry::Point;
 
 /// Bricks along each side of a macro cell of the finest level: two cells of two.
@@ -40,13 +41,13 @@ impl Grid {
         if deepest == 0 {
             return self;
         }
-        let counts = self.counts.map(|count| (count / MACRO) as i32);
+        let counts = self.counts.each(|count| (count / MACRO) as i32);
         let number = |[i, j, k]: [i32; 3]| (i + counts[0] * (j + counts[1] * k)) as usize;
         let mut doublings = vec![deepest as u8; counts.iter().product::<i32>() as usize];
         for (level, place) in macros {
             let width = 1 << (deepest - level);
-            let low = place.map(|at| at * width);
-            each_in(low, low.map(|at| at + width), counts, |at| doublings[number(at)] = (deepest - level) as u8);
+            let low = place.each(|at| at * width);
+            each_in(low, low.each(|at| at + width), counts, |at| doublings[number(at)] = (deepest - level) as u8);
         }
         let mut of_leaves = doublings.clone();
         each_in([0; 3], counts, counts, |at| {
@@ -57,10 +58,10 @@ impl Grid {
                 return;
             }
             let mut touches_finer = false;
-            let beyond = at.map(|at| at + width + 1);
-            each_in(at.map(|at| at - 1), beyond, counts, |beside| touches_finer |= doublings[number(beside)] < own);
+            let beyond = at.each(|at| at + width + 1);
+            each_in(at.each(|at| at - 1), beyond, counts, |beside| touches_finer |= doublings[number(beside)] < own);
             if touches_finer {
-                each_in(at, at.map(|at| at + width), counts, |inside| of_leaves[number(inside)] = own - 1);
+                each_in(at, at.each(|at| at + width), counts, |inside| of_leaves[number(inside)] = own - 1);
             }
         });
         let blocks = doublings.into_iter().zip(of_leaves).map(|(doublings, of_leaves)| Block { doublings, of_leaves });
@@ -77,8 +78,8 @@ impl Grid {
             return Block { doublings: 0, of_leaves: 0 };
         }
         let block: [usize; 3] =
-            std::array::from_fn(|i| (at[i].max(0) as usize / MACRO).min((self.counts[i] / MACRO).saturating_sub(1)));
-        let [n, m, _] = self.counts.map(|count| count / MACRO);
+            array_of(|i| (at[i].max(0) as usize / MACRO).min((self.counts[i] / MACRO).saturating_sub(1)));
+        let [n, m, _] = self.counts.each(|count| count / MACRO);
         self.blocks[block[0] + n * (block[1] + m * block[2])]
     }
 
@@ -95,7 +96,7 @@ impl Grid {
     /// The lowest brick of the leaf that a brick belongs to.
     pub(super) fn leaf(&self, at: [i32; 3]) -> [i32; 3] {
         let size = self.size(at);
-        at.map(|at| at.div_euclid(size) * size)
+        at.each(|at| at.div_euclid(size) * size)
     }
 
     /// The same by numbers of bricks.
@@ -107,8 +108,8 @@ impl Grid {
     pub(super) fn block(&self, brick: u32, width: usize) -> usize {
         let at = self.place(brick as usize);
         let doublings = self.block_at(at).doublings;
-        let [i, j, k] = at.map(|at| (at as usize / width) >> doublings);
-        let [n, m, _] = self.counts.map(|count| count.div_ceil(width));
+        let [i, j, k] = at.each(|at| (at as usize / width) >> doublings);
+        let [n, m, _] = self.counts.each(|count| count.div_ceil(width));
         i + n * (j + m * k) + doublings as usize * self.len()
     }
 
@@ -116,7 +117,7 @@ impl Grid {
     fn at_corners(x: &Point<3>, half: f64) -> impl Iterator<Item = [i32; 3]> {
         (0..8).map(move |corner: i32| {
             let side = |i: usize| if (corner >> i) & 1 == 1 { half } else { -half };
-            std::array::from_fn(|i| (x[i] + side(i)).floor() as i32)
+            array_of(|i| (x[i] + side(i)).floor() as i32)
         })
     }
 
@@ -148,7 +149,7 @@ impl Grid {
     pub(super) fn is_corner(&self, at: [i32; 3]) -> bool {
         self.is_even()
             || (0..8).any(|k| {
-                let beside: [i32; 3] = std::array::from_fn(|i| at[i] - ((k >> i) & 1));
+                let beside: [i32; 3] = array_of(|i| at[i] - ((k >> i) & 1));
                 let inside = (0..3).all(|i| (0..self.counts[i] as i32).contains(&beside[i]));
                 inside && at.iter().all(|at| at % (2 * self.half_spacing(beside)) == 0)
             })
@@ -178,7 +179,7 @@ impl Grid {
 
     /// The place of a corner between bricks.
     pub(super) fn node_place(&self, node: usize) -> [i32; 3] {
-        let [n, m, _] = self.counts.map(|count| count + 1);
+        let [n, m, _] = self.counts.each(|count| count + 1);
         [(node % n) as i32, (node / n % m) as i32, (node / n / m) as i32]
     }
 

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::each::{Each, EachOf, list_of};
 use crate::geometry::{Disjoint, Point};
 use crate::order;
 
@@ -36,7 +37,7 @@ pub(super) struct Parts {
 
 /// Areas and centres are those of triangles: $\int n\,\mathrm dA$ and the moments that the divergence theorem needs.
 fn triangle(corners: &[Point<3>; 3], sign: f64, origin: &Point<3>) -> (f64, Point<3>) {
-    let [a, b, c] = corners.map(|corner| corner - origin);
+    let [a, b, c] = corners.each(|corner| corner - origin);
     // Of the tetrahedron to the origin.
     let volume = sign * a.dot(&cross(&b, &c)) / 6.0;
     (volume, (a + b + c) * (volume / 4.0))
@@ -65,7 +66,7 @@ impl Parts {
             }
             if by_brick.patches(brick).is_empty() {
                 let around = around(sections, brick, place);
-                let centre = Point::<3>::from(place.map(|at| f64::from(at) + 0.5));
+                let centre = Point::<3>::from(place.each(|at| f64::from(at) + 0.5));
                 all.push(Part { brick: brick as u32, volume: 1.0, centre, sections: around, patches: Vec::new() });
                 continue;
             }
@@ -91,8 +92,8 @@ impl Parts {
         }
         let mut sets = Disjoint::new(self.parts.len());
         for &[below, above] in self.beside.iter().filter(|beside| !beside.contains(&NONE)) {
-            let leaves = [below, above].map(|part| grid.leaf_of(self.parts[part as usize].brick));
-            let [a, b] = [below, above].map(|part| sets.leader(part as usize));
+            let leaves = [below, above].each(|part| grid.leaf_of(self.parts[part as usize].brick));
+            let [a, b] = [below, above].each(|part| sets.leader(part as usize));
             if leaves[0] == leaves[1] && a != b {
                 // The larger one is the weightier centre.
                 let volume = |part: usize| self.parts[part].volume;
@@ -109,10 +110,10 @@ impl Parts {
     pub(super) fn joined(mut self, sections: &Sections) -> Self {
         let count = self.parts.len();
         let mut sets = Disjoint::new(count);
-        let mut volumes: Vec<f64> = self.parts.iter().map(|part| part.volume).collect();
+        let mut volumes: Vec<f64> = self.parts.mapped(|part| part.volume);
         let mut members: HashMap<u32, Vec<u32>> = HashMap::new();
         let size = |part: &Part| f64::from(sections.grid.size(sections.grid.place(part.brick as usize)));
-        let least: Vec<f64> = self.parts.iter().map(|part| SMALL * size(part).powi(3)).collect();
+        let least: Vec<f64> = self.parts.mapped(|part| SMALL * size(part).powi(3));
         let mut small: Vec<u32> =
             (0..count as u32).filter(|&part| volumes[part as usize] < least[part as usize]).collect();
         order::sort(&mut small, &|&a, &b| volumes[a as usize].total_cmp(&volumes[b as usize]));
@@ -158,7 +159,7 @@ impl Parts {
                 merged.push(Part { sections: Vec::new(), patches: Vec::new(), ..self.parts[part].clone() });
             }
         }
-        let of: Vec<u32> = (0..self.parts.len()).map(|part| number[sets.leader(part)]).collect();
+        let of: Vec<u32> = list_of(self.parts.len(), |part| number[sets.leader(part)]);
         for (place, part) in std::mem::take(&mut self.parts).into_iter().enumerate() {
             let into = &mut merged[of[place] as usize];
             if number[place] == NONE {
@@ -181,7 +182,7 @@ impl Parts {
     /// Connected parts within blocks of bricks, and how many.
     pub(super) fn connected(&self, block: impl Fn(u32) -> usize) -> (Vec<u32>, usize) {
         let mut sets = Disjoint::new(self.parts.len());
-        let blocks: Vec<usize> = self.parts.iter().map(|part| block(part.brick)).collect();
+        let blocks: Vec<usize> = self.parts.mapped(|part| block(part.brick));
         for &[below, above] in &self.beside {
             if below != NONE && above != NONE && blocks[below as usize] == blocks[above as usize] {
                 sets.join(below as usize, above as usize);
@@ -195,7 +196,7 @@ impl Parts {
                 count += 1;
             }
         }
-        ((0..self.parts.len()).map(|part| number[sets.leader(part)]).collect(), count as usize)
+        (list_of(self.parts.len(), |part| number[sets.leader(part)]), count as usize)
     }
 }
 
@@ -213,7 +214,7 @@ fn whole_leaf(sections: &Sections, brick: u32, place: [i32; 3]) -> Part {
             }
         }
     }
-    let centre = Point::<3>::from(place.map(|at| f64::from(at) + 0.5 * f64::from(size)));
+    let centre = Point::<3>::from(place.each(|at| f64::from(at) + 0.5 * f64::from(size)));
     Part { brick, volume: f64::from(size).powi(3), centre, sections: around, patches: Vec::new() }
 }
 
@@ -238,13 +239,13 @@ fn cut(split: &Split, sections: &Sections, brick: u32, patches: &[u32]) -> Vec<P
     let mut sets = Disjoint::new(count);
     let mut corners: Vec<(u32, u32)> = Vec::new();
     for (element, &patch) in patches.iter().enumerate() {
-        corners.extend(split.patches[patch as usize].corners.map(|corner| (corner, element as u32)));
+        corners.extend(split.patches[patch as usize].corners.each(|corner| (corner, element as u32)));
     }
     for (element, &(section, _)) in around.iter().enumerate() {
         let element = (patches.len() + element) as u32;
         let section = &sections.sections[section as usize];
         match section.triangles.is_empty() {
-            true => corners.extend(sections.corners(section).map(|corner| (corner, element))),
+            true => corners.extend(sections.corners(section).each(|corner| (corner, element))),
             false => {
                 let all = sections.triangles[section.triangles.clone()].iter().flatten();
                 corners.extend(all.map(|&corner| (corner, element)));
@@ -255,7 +256,7 @@ fn cut(split: &Split, sections: &Sections, brick: u32, patches: &[u32]) -> Vec<P
     for pair in corners.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
         sets.join(pair[0].1 as usize, pair[1].1 as usize);
     }
-    let middle = Point::<3>::from(place.map(|at| f64::from(at) + 0.5));
+    let middle = Point::<3>::from(place.each(|at| f64::from(at) + 0.5));
     let mut parts: Vec<Part> = Vec::new();
     let mut number: HashMap<usize, usize> = HashMap::new();
     for element in 0..count {
@@ -267,7 +268,7 @@ fn cut(split: &Split, sections: &Sections, brick: u32, patches: &[u32]) -> Vec<P
         });
         let part = &mut parts[own];
         let mut add = |corners: [u32; 3], sign: f64| {
-            let (volume, moment) = triangle(&corners.map(|corner| sections.point(split, corner)), sign, &middle);
+            let (volume, moment) = triangle(&corners.each(|corner| sections.point(split, corner)), sign, &middle);
             part.volume += volume;
             part.centre += moment;
         };

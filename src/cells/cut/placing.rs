@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::each::{EachOf, array_of};
 use crate::geometry::{Bounds, Point};
 use crate::neighbours::{MARGIN, Search};
 use crate::order;
@@ -70,7 +71,7 @@ struct Hash(HashMap<[i32; 3], Vec<u32>>);
 
 impl Hash {
     fn cube(x: &Point<3>) -> [i32; 3] {
-        std::array::from_fn(|i| x[i].floor() as i32)
+        array_of(|i| x[i].floor() as i32)
     }
 
     fn add(&mut self, x: &Point<3>, number: u32) {
@@ -83,7 +84,7 @@ impl Hash {
         let side = 2 * rings + 1;
         let near = (0..side.pow(3)).filter_map(move |k| {
             let step = [k % side, k / side % side, k / side / side];
-            self.0.get(&std::array::from_fn(|i| cube[i] + step[i] - rings))
+            self.0.get(&array_of(|i| cube[i] + step[i] - rings))
         });
         near.flatten().copied().filter(move |number| {
             let (at, other) = all[*number as usize];
@@ -135,15 +136,15 @@ pub(super) struct Placing<'a> {
 impl Placing<'_> {
     /// Patches in the bricks that a cube around a point meets.
     pub(super) fn near<'a>(&'a self, x: &Point<3>, half: f64) -> impl Iterator<Item = u32> + 'a {
-        let low: [i32; 3] = std::array::from_fn(|i| ((x[i] - half).floor() as i32).max(0));
-        let high: [i32; 3] = std::array::from_fn(|i| ((x[i] + half).ceil() as i32).min(self.grid.counts[i] as i32));
+        let low: [i32; 3] = array_of(|i| ((x[i] - half).floor() as i32).max(0));
+        let high: [i32; 3] = array_of(|i| ((x[i] + half).ceil() as i32).min(self.grid.counts[i] as i32));
         let bricks = (low[2]..high[2])
             .flat_map(move |k| (low[1]..high[1]).flat_map(move |j| (low[0]..high[0]).map(move |i| [i, j, k])));
         bricks.flat_map(|place| self.by_brick.patches(self.grid.brick(place)).iter().copied())
     }
 
     fn corners(&self, patch: u32) -> [Point<3>; 3] {
-        self.split.patches[patch as usize].corners.map(|corner| self.split.points[corner as usize])
+        self.split.patches[patch as usize].corners.each(|corner| self.split.points[corner as usize])
     }
 
     /// The pieces of the surface that a point lies on, with the mean of their facets' normals there: a mean lies in their affine hull, which
@@ -202,7 +203,7 @@ impl Placing<'_> {
         }
         let mut inner: Vec<[i32; 3]> = Vec::new();
         let mut near: [Vec<([i32; 3], Point<3>)>; 2] = [Vec::new(), Vec::new()];
-        let counts = self.grid.counts.map(|count| count as i32);
+        let counts = self.grid.counts.each(|count| count as i32);
         let mut search = Search::default();
         for k in (0..=counts[2]).step_by(STEP as usize) {
             for j in (0..=counts[1]).step_by(STEP as usize) {
@@ -212,7 +213,7 @@ impl Placing<'_> {
                         continue;
                     }
                     let mut inside = connected.sections.is_inside(self.grid.node(place));
-                    let x = Point::<3>::from(place.map(f64::from));
+                    let x = Point::<3>::from(place.each(f64::from));
                     for at in self.nearest_by_part(connected, &mut search, &x, inside) {
                         match at {
                             Some(at) => near[usize::from(!inside)].push((place, at)),
@@ -230,7 +231,7 @@ impl Placing<'_> {
             }
         }
         for place in inner {
-            if let Some(number) = add(&mut placed, Point::<3>::from(place.map(f64::from)), Vec::new()) {
+            if let Some(number) = add(&mut placed, Point::<3>::from(place.each(f64::from)), Vec::new()) {
                 placed.at.insert(place, number);
             }
         }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use crate::each::{Each, EachOf, array_of};
 use crate::geometry::{Bounds, Point};
 use crate::neighbours::{BoxTree, FACING, MARGIN, Search};
 
@@ -57,9 +58,9 @@ fn walls(connected: &Connected, normals: &[Point<3>]) -> Vec<Wall> {
         for &number in &own.patches {
             let patch = &split.patches[number as usize];
             let normal = normals[patch.facet as usize];
-            let [a, b, c] = patch.corners.map(|corner| split.points[corner as usize]);
+            let [a, b, c] = patch.corners.each(|corner| split.points[corner as usize]);
             let area = cross(&(b - a), &(c - a)).norm();
-            let key = std::array::from_fn(|i| normal[i].round() as i8);
+            let key = array_of(|i| normal[i].round() as i8);
             let (at, along, whole, patches) = alike.entry(key).or_default();
             (*at, *along, *whole) = (*at + (a + b + c) * (area / 3.0), *along + normal * area, *whole + area);
             patches.push(number);
@@ -157,7 +158,7 @@ fn at_roots(connected: &Connected, normals: &[Point<3>]) -> BTreeSet<u32> {
         // Pairs the larger of whose spacings is this one, by the cubes of that size that their middles lie in.
         let mut by_cube: HashMap<[i32; 3], Vec<&Wall>> = HashMap::new();
         for wall in walls.iter().filter(|wall| wall.size <= size) {
-            let cube = std::array::from_fn(|i| (wall.at[i] / f64::from(size)).floor() as i32);
+            let cube = array_of(|i| (wall.at[i] / f64::from(size)).floor() as i32);
             by_cube.entry(cube).or_default().push(wall);
         }
         each_near(&by_cube, |a, b| {
@@ -196,7 +197,7 @@ fn each_near(by_cube: &HashMap<[i32; 3], Vec<&Wall>>, mut with: impl FnMut(&Wall
         let offsets = steps().flat_map(|i| steps().flat_map(move |j| steps().map(move |k| [i, j, k])));
         // Each pair of cubes once.
         for offset in offsets.filter(|offset| *offset >= [0; 3]) {
-            let Some(others) = by_cube.get(&std::array::from_fn(|i| place[i] + offset[i])) else { continue };
+            let Some(others) = by_cube.get(&array_of(|i| place[i] + offset[i])) else { continue };
             own.iter().for_each(|a| others.iter().for_each(|b| with(a, b)));
         }
     }
@@ -230,12 +231,12 @@ fn divided(connected: &Connected, part: u32, first: u32) -> (Divided, Vec<Source
     let around = Bounds::of(&corners);
     let size = connected.sections.grid.size(connected.sections.grid.place(own.brick as usize));
     let scale = f64::from(size);
-    let low: [i32; 3] = std::array::from_fn(|i| (around.low[i] / scale).floor() as i32);
+    let low: [i32; 3] = array_of(|i| (around.low[i] / scale).floor() as i32);
     let count = |i: usize| ((around.high[i] / scale).ceil() as i32 - low[i]).max(1) * FINER + 2;
-    let counts = std::array::from_fn(|i| count(i) as usize);
+    let counts = array_of(|i| count(i) as usize);
     let mut own =
-        Divided { first, size, low: Point::<3>::from(low.map(|at| f64::from(at * size))), ..Divided::default() };
-    let corners: Vec<Point<3>> = corners.iter().map(|corner| own.local(corner)).collect();
+        Divided { first, size, low: Point::<3>::from(low.each(|at| f64::from(at * size))), ..Divided::default() };
+    let corners: Vec<Point<3>> = corners.mapped(|corner| own.local(corner));
     let grid = Grid::even(counts);
     own.split = Split::new(&corners, &triangles);
     let by_brick = ByBrick::new(&own.split, grid.len(), |place| grid.brick(place));
@@ -305,15 +306,14 @@ impl Divisions {
                 if other == NONE || number == NONE {
                     continue;
                 }
-                let face = Bounds::of(&patch.corners.map(|corner| own.place(&own.split.points[corner as usize])));
+                let face = Bounds::of(&patch.corners.each(|corner| own.place(&own.split.points[corner as usize])));
                 let number = own.first + number;
                 let Some(beside) = self.of_part.get(&other) else {
                     around.insert(other);
                     pairs.add(number, other, &face);
                     continue;
                 };
-                let mut place: [i32; 3] =
-                    std::array::from_fn(|i| patch.brick[i] + FINER * (own.low[i] as i32 / own.size));
+                let mut place: [i32; 3] = array_of(|i| patch.brick[i] + FINER * (own.low[i] as i32 / own.size));
                 if beside.size != own.size {
                     place = [0; 3];
                 }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
+use crate::each::EachOf;
 use crate::error::GeometryError;
 use crate::geometry::Point;
 use crate::quadrature::gauss_legendre;
@@ -107,7 +108,7 @@ impl Rules {
 
     /// Points in a tetrahedron, its measure signed.
     pub(super) fn in_tetrahedron(&self, apex: &Point<3>, base: &[Point<3>; 3], mut with: impl FnMut(Point<3>, f64)) {
-        let [a, b, c] = base.map(|corner| corner - apex);
+        let [a, b, c] = base.each(|corner| corner - apex);
         let measure = a.dot(&cross(&b, &c));
         if self.line.0.len() == 1 {
             return with(apex + (a + b + c) / 4.0, measure / 6.0);

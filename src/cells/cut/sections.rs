@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::each::{Each, EachOf};
 use crate::geometry::Point;
 use crate::order;
 
@@ -111,14 +112,14 @@ impl Sections {
     pub(super) fn point(&self, split: &Split, corner: u32) -> Point<3> {
         match split.points.get(corner as usize) {
             Some(point) => *point,
-            None => Point::from(self.grid.node_place((corner - self.first_node) as usize).map(f64::from)),
+            None => Point::from(self.grid.node_place((corner - self.first_node) as usize).each(f64::from)),
         }
     }
 
     /// The corners of a whole face, around its axis.
     pub(super) fn corners(&self, section: &Section) -> [u32; 4] {
         let (place, [b, c]) = (self.grid.place(section.brick as usize), others(section.axis as usize));
-        [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[along, across]| {
+        [[0, 0], [1, 0], [1, 1], [0, 1]].each(|[along, across]| {
             let mut at = place;
             at[b] += along * section.size;
             at[c] += across * section.size;
@@ -158,8 +159,8 @@ impl Sections {
         }
         let mut below = place;
         below[axis] -= 1;
-        let sizes = [place, below].map(|place| self.grid.size(place));
-        let leaves = [place, below].map(|place| self.grid.leaf(place));
+        let sizes = [place, below].each(|place| self.grid.size(place));
+        let leaves = [place, below].each(|place| self.grid.leaf(place));
         if !leaves.iter().all(|leaf| self.is_whole_leaf(*leaf)) {
             return 1;
         }
@@ -243,8 +244,7 @@ impl Sections {
             }
         }
         for (polygon, holes) in outer {
-            let whole =
-                holes.iter().map(|hole| area(hole)).sum::<f64>() + if polygon.len() > 2 { area(&polygon) } else { 0.0 };
+            let whole = holes.summed(|hole| area(hole)) + if polygon.len() > 2 { area(&polygon) } else { 0.0 };
             let first = self.triangles.len();
             self.triangles.extend(triangles(polygon, holes));
             let triangles = first..self.triangles.len();
@@ -259,14 +259,14 @@ impl Sections {
     fn perimeter(&self, axis: usize, place: [i32; 3]) -> [(u32, bool); 4] {
         let brick = self.grid.brick(place) as u32;
         let section = Section { axis: axis as u8, brick, size: 1, triangles: 0..0, area: 1.0 };
-        self.corners(&section).map(|corner| (corner, self.inside[(corner - self.first_node) as usize]))
+        self.corners(&section).each(|corner| (corner, self.inside[(corner - self.first_node) as usize]))
     }
 
     /// Paths through a face linked along its perimeter to loops, counterclockwise. Where paths end and begin takes turns;
     /// points that rounding has put in the other order are taken in turn too.
     fn linked(&self, paths: Vec<Vec<u32>>, around: &[(u32, bool); 4], parameter: impl Fn(u32) -> f64) -> Vec<Vec<u32>> {
         if paths.is_empty() {
-            return if around[0].1 { vec![around.map(|corner| corner.0).to_vec()] } else { Vec::new() };
+            return if around[0].1 { vec![around.each(|corner| corner.0).to_vec()] } else { Vec::new() };
         }
         // Parameter, path, whether it begins.
         let mut events: Vec<(f64, usize, bool)> = Vec::with_capacity(2 * paths.len());
@@ -323,7 +323,7 @@ pub(super) fn others(axis: usize) -> [usize; 2] {
 fn chains(edges: &[Edge], mut found: impl FnMut(Vec<u32>, bool)) {
     // Edges are sorted by where they begin.
     let mut used = vec![false; edges.len()];
-    let mut ends: Vec<u32> = edges.iter().map(|edge| edge.3).collect();
+    let mut ends: Vec<u32> = edges.mapped(|edge| edge.3);
     ends.sort_unstable();
     let follower = |point: u32, used: &[bool]| {
         let first = edges.partition_point(|edge| edge.2 < point);

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::each::EachOf;
 use crate::geometry::Point;
 
 /// No plane.
@@ -52,8 +53,8 @@ impl Split {
         let mut around: Vec<(u32, i32, i32)> = Vec::new();
         let mut polygon: Vec<u32> = Vec::new();
         for patch in std::mem::take(&mut self.patches) {
-            let places = patch.corners.map(|corner| place(self.points[corner as usize][axis]));
-            let [low, high] = [places.iter().min(), places.iter().max()].map(|place| place.copied().unwrap_or(0));
+            let places = patch.corners.each(|corner| place(self.points[corner as usize][axis]));
+            let [low, high] = [places.iter().min(), places.iter().max()].each(|place| place.copied().unwrap_or(0));
             let with = |corners, place| {
                 let mut brick = patch.brick;
                 brick[axis] = place;
@@ -96,14 +97,14 @@ impl Split {
 
     /// Adds the point where an edge meets a plane.
     fn cross(&mut self, from: u32, to: u32, axis: usize, plane: i32) {
-        let [a, b] = [from, to].map(|end| self.points[end as usize]);
+        let [a, b] = [from, to].each(|end| self.points[end as usize]);
         let t = ((f64::from(plane) - a[axis]) / (b[axis] - a[axis])).clamp(0.0, 1.0);
         let mut point = a + (b - a) * t;
         let mut on = [NONE; 3];
         point[axis] = f64::from(plane);
         on[axis] = plane;
         for other in (0..3).filter(|other| *other != axis) {
-            let planes = [from, to].map(|end| self.on[end as usize][other]);
+            let planes = [from, to].each(|end| self.on[end as usize][other]);
             if planes[0] == planes[1] && planes[0] != NONE {
                 on[other] = planes[0];
                 point[other] = f64::from(planes[0]);

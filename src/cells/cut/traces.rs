@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use nalgebra::{DMatrix, DVector, Matrix4, SymmetricEigen, Vector4};
 
 use crate::cells::CORNER;
+use crate::each::{Each, EachOf, array_of};
 use crate::geometry::{Disjoint, Point};
 
 /// Radius within which particles carry the functions of a point, in bricks of the spacing at the particle: with three quarters of it the patch test leaves 3e-3.
@@ -55,14 +56,14 @@ struct Cubes {
 
 impl Cubes {
     fn of(x: &Point<3>) -> [i32; 3] {
-        std::array::from_fn(|i| (x[i] / REACH).floor() as i32)
+        array_of(|i| (x[i] / REACH).floor() as i32)
     }
 
     /// Of places with their points.
     fn new(points: &[(u32, Point<3>)]) -> Self {
-        let cubes: Vec<[i32; 3]> = points.iter().map(|(_, x)| Self::of(x)).collect();
-        let low: [i32; 3] = std::array::from_fn(|i| cubes.iter().map(|cube| cube[i]).min().unwrap_or(0));
-        let counts = std::array::from_fn(|i| cubes.iter().map(|cube| cube[i] - low[i] + 1).max().unwrap_or(0));
+        let cubes: Vec<[i32; 3]> = points.mapped(|(_, x)| Self::of(x));
+        let low: [i32; 3] = array_of(|i| cubes.iter().map(|cube| cube[i]).min().unwrap_or(0));
+        let counts = array_of(|i| cubes.iter().map(|cube| cube[i] - low[i] + 1).max().unwrap_or(0));
         let mut grid =
             Cubes { low, counts, offsets: vec![0; counts.iter().product::<i32>() as usize + 1], places: Vec::new() };
         let numbers: Vec<usize> = cubes.iter().filter_map(|cube| grid.number(*cube)).collect();
@@ -75,7 +76,7 @@ impl Cubes {
     }
 
     fn number(&self, cube: [i32; 3]) -> Option<usize> {
-        let [i, j, k]: [i32; 3] = std::array::from_fn(|axis| cube[axis] - self.low[axis]);
+        let [i, j, k]: [i32; 3] = array_of(|axis| cube[axis] - self.low[axis]);
         let [n, m, l] = self.counts;
         let inside = (0..n).contains(&i) && (0..m).contains(&j) && (0..l).contains(&k);
         inside.then_some((i + n * (j + m * k)) as usize)
@@ -145,9 +146,9 @@ impl<'a> Traces<'a> {
 
     fn shepard(&self, x: &Point<3>, normal: &Point<3>, radius: f64) -> Option<Vec<(u32, f64)>> {
         let around = self.around(x, normal, radius);
-        let whole: f64 = around.iter().map(|entry| entry.1).sum();
+        let whole: f64 = around.summed(|entry| entry.1);
         // A single far particle has a weight that rounding may spoil.
-        (whole > 1e-6).then(|| around.iter().map(|&(place, weight)| (place, weight / whole)).collect())
+        (whole > 1e-6).then(|| around.mapped(|&(place, weight)| (place, weight / whole)))
     }
 
     /// Functions $f_J$ at a point of the piece: moving least squares over the basis $(1, n)$, so that $\sum_J f_J = 1$ and
@@ -414,7 +415,7 @@ fn on(spread: Spread, members: &[&Site], positive: bool) -> (Functions, bool) {
 fn longest(sites: &[Site], beside: &[([usize; 2], f64)], sets: &mut Disjoint, own: usize) -> Option<usize> {
     let mut lengths: BTreeMap<usize, f64> = BTreeMap::new();
     for &([a, b], length) in beside {
-        let [a, b] = [a, b].map(|site| sets.leader(site));
+        let [a, b] = [a, b].each(|site| sets.leader(site));
         if a != b && (a == own || b == own) {
             *lengths.entry(if a == own { b } else { a }).or_default() += length;
         }

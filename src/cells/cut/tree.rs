@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
+use crate::each::{EachOf, array_of, point_of};
 use crate::error::{GeometryError, Invalid};
 use crate::geometry::{Bounds, Point};
 use crate::solid::{Solid3, Wall};
@@ -56,7 +57,7 @@ struct Tree {
 /// The corners of a macro cell in bricks of the coarsest level.
 fn corners((level, place): Macro) -> [Point<3>; 2] {
     let width = MACRO as f64 / f64::from(1 << level);
-    [0, 1].map(|end| Point::<3>::from(place.map(|at| f64::from(at + end) * width)))
+    [0, 1].each(|end| Point::<3>::from(place.each(|at| f64::from(at + end) * width)))
 }
 
 /// The middle of a wall.
@@ -78,7 +79,7 @@ impl Wanted<'_> {
     /// The leaves of the tree over a lattice of the largest spacing, and how often the deepest ones are halved.
     pub(super) fn macros(&self, frame: &Frame, counts: [usize; 3]) -> Result<(Vec<Macro>, u32), GeometryError> {
         let mut tree = Tree { walls: self.walls(frame), leaves: BTreeMap::new(), open: Vec::new() };
-        let [n, m, l] = counts.map(|count| count.div_ceil(MACRO) as i32);
+        let [n, m, l] = counts.each(|count| count.div_ceil(MACRO) as i32);
         for (k, j) in (0..l).flat_map(|k| (0..m).map(move |j| (k, j))) {
             (0..n).for_each(|i| tree.open.push((0, [i, j, k])));
         }
@@ -99,7 +100,7 @@ impl Wanted<'_> {
         let across = self.across;
         let local = |Wall { corners, through, .. }: &Wall| {
             let sides: Vec<Point<3>> =
-                corners.iter().flat_map(|x| [*x, x + through].map(|x| frame.local(&x))).collect();
+                corners.iter().flat_map(|x| [*x, x + through].each(|x| frame.local(&x))).collect();
             let Bounds { low, high } = Bounds::of(&sides);
             Across { low, high, wanted: through.norm() / across / self.spacing }
         };
@@ -175,7 +176,7 @@ impl Wanted<'_> {
         }
         let mut wide = thin.is_some();
         for k in 0..27 {
-            let at = Point::<3>::from_fn(|i, _| {
+            let at = point_of::<3>(|i| {
                 let share = 0.5 * f64::from([k % 3, k / 3 % 3, k / 9][i]);
                 low[i] + share * (high[i] - low[i])
             });
@@ -207,7 +208,7 @@ impl Tree {
         for &wall in all {
             let Across { low, high, .. } = &self.walls[wall as usize];
             let range = |i: usize| {
-                let [first, last] = [low[i], high[i]].map(|end| (end / MACRO as f64).floor() as i32);
+                let [first, last] = [low[i], high[i]].each(|end| (end / MACRO as f64).floor() as i32);
                 first..=last
             };
             for (k, j) in range(2).flat_map(|k| range(1).map(move |j| (k, j))) {
@@ -224,14 +225,14 @@ impl Tree {
     fn halve(&mut self, own: Macro) {
         let (level, place) = own;
         for k in 0..27 {
-            let beside: [i32; 3] = std::array::from_fn(|i| place[i] + [k % 3, k / 3 % 3, k / 9][i] - 1);
-            if level > 0 && self.leaves.contains_key(&(level - 1, beside.map(|at| at >> 1))) {
-                self.halve((level - 1, beside.map(|at| at >> 1)));
+            let beside: [i32; 3] = array_of(|i| place[i] + [k % 3, k / 3 % 3, k / 9][i] - 1);
+            if level > 0 && self.leaves.contains_key(&(level - 1, beside.each(|at| at >> 1))) {
+                self.halve((level - 1, beside.each(|at| at >> 1)));
             }
         }
         let Some(walls) = self.leaves.remove(&own) else { return };
         for k in 0..8 {
-            let child = (level + 1, std::array::from_fn(|i| 2 * place[i] + ((k >> i) & 1)));
+            let child = (level + 1, array_of(|i| 2 * place[i] + ((k >> i) & 1)));
             let [low, high] = corners(child);
             let meets = |wall: &u32| {
                 let wall = &self.walls[*wall as usize];

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::Matrix2;
 
+use crate::each::{Each, EachOf, list_of};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Part, Point};
 use crate::particles::{Particles, Support, check_dilation};
@@ -28,7 +29,7 @@ impl Cells<2> for Refined {
 
     fn corners(&self, cell: usize) -> Vec<usize> {
         // Axis 0 running fastest, as in lattices.
-        [0, 1, 3, 2].map(|k| self.cells[cell].corners[k] as usize).to_vec()
+        [0, 1, 3, 2].each(|k| self.cells[cell].corners[k] as usize).to_vec()
     }
 
     fn connections(&self) -> Option<Connections<2>> {
@@ -41,7 +42,7 @@ impl Cells<2> for Refined {
             });
             sides.map(|particle| particle as usize).collect()
         };
-        Connections::between(&self.positions, self.cells.iter().map(around).collect())
+        Connections::between(&self.positions, self.cells.mapped(around))
     }
 
     fn local_spacing(&self, particle: usize) -> f64 {
@@ -79,7 +80,7 @@ impl Cells<2> for Refined {
         if size < 2 {
             return Zones::single(self.cells.len());
         }
-        Zones::new((0..self.cells.len() as u32).collect(), (0..=self.macros.len()).map(|m| 4 * m).collect())
+        Zones::new((0..self.cells.len() as u32).collect(), list_of(self.macros.len() + 1, |m| 4 * m))
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<2>, GeometryError> {
@@ -153,7 +154,7 @@ impl Cells<2> for Refined {
         let mut cells = BoundaryCells { points: Points::empty(), traces: Vec::new() };
         for face in self.base.faces(part)? {
             for ends in self.face_chords(face) {
-                let [from, to] = [ends.0, ends.1].map(|p| self.positions[p as usize]);
+                let [from, to] = [ends.0, ends.1].each(|p| self.positions[p as usize]);
                 let bulge = self.bulge(ends.0, ends.1);
                 for k in 0..parts {
                     for (t, w) in abscissae.iter().zip(&weights) {

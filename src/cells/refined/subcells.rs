@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::each::Each;
 use crate::geometry::Point;
 use crate::quadrature::Points;
 
@@ -116,8 +117,8 @@ impl Refined {
                 let left = if i == 0 { sides[3][parts - 1 - j].clone() } else { vec![(upward[i * parts + j], -1.0)] };
                 let around: Vec<(u32, f64)> = [below, right, above, left].concat();
                 let outline: Vec<Point<2>> =
-                    around.iter().map(|&(facet, sign)| facets.ends[facet as usize][usize::from(sign < 0.0)]).collect();
-                let bulges: Vec<Point<2>> = around.iter().map(|&(facet, _)| facets.bulges[facet as usize]).collect();
+                    around.mapped(|&(facet, sign)| facets.ends[facet as usize][usize::from(sign < 0.0)]);
+                let bulges: Vec<Point<2>> = around.mapped(|&(facet, _)| facets.bulges[facet as usize]);
                 let (interior, centre) = fan(&outline, &bulges, rules);
                 out.cells.push(around);
                 out.interior.push(interior);

@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::Vector3;
 
+use crate::each::{Each, EachOf, list_of, point_of};
 use crate::error::MeshError;
 use crate::geometry::Point;
 use crate::mesh::{Mesh, face_key};
@@ -58,8 +59,7 @@ impl Faces {
             let (shape, corners) = mesh.cell(cell);
             for face in shape.faces() {
                 let next = faces.corners.len() as u32;
-                let number =
-                    *known.entry(face_key(&face.iter().map(|&k| corners[k]).collect::<Vec<u32>>())).or_insert(next);
+                let number = *known.entry(face_key(&face.mapped(|&k| corners[k]))).or_insert(next);
                 if number == next {
                     let mut around = [NONE; 4];
                     for (place, &k) in around.iter_mut().zip(*face) {
@@ -131,16 +131,16 @@ impl Faces {
         let x = |k: usize| points[corners[k] as usize];
         if D == 2 {
             let along = x(1) - x(0);
-            return Point::<D>::from_fn(|i, _| if i == 0 { along[1] } else { -along[0] });
+            return point_of::<D>(|i| if i == 0 { along[1] } else { -along[0] });
         }
         let [p, q] = match corners.len() {
             3 => [x(1) - x(0), x(2) - x(0)],
             // The mean normal of a quadrangle is that of its diagonals.
             _ => [x(2) - x(0), x(3) - x(1)],
         };
-        let [p, q] = [p, q].map(|v| Vector3::from_fn(|i, _| v[i]));
+        let [p, q] = [p, q].each(|v| Vector3::from_fn(|i, _| v[i]));
         let area = p.cross(&q) * 0.5;
-        Point::<D>::from_fn(|i, _| area[i])
+        point_of::<D>(|i| area[i])
     }
 
     /// Connected faces of the boundary with the same names and without edges between them.
@@ -189,7 +189,7 @@ impl Faces {
             let first = faces[0] as usize;
             let curved =
                 faces.iter().any(|&face| face as usize != first && !level(first, face as usize)) || warped(first);
-            let names = named[first].iter().map(|&number| names[number as usize].to_string()).collect();
+            let names = named[first].mapped(|&number| names[number as usize].to_string());
             pieces.push(Piece { names, faces, curved, lent: Vec::new() });
         };
         // A level patch with a particle inside stands alone, whatever the angle to its neighbours: trace functions of a crease between
@@ -276,12 +276,10 @@ impl Faces {
 /// The edges of a face by their ends, the lower one first; the ends of a side in the plane.
 pub(super) fn sides<const D: usize>(corners: &[u32]) -> Vec<[u32; 2]> {
     if D == 2 {
-        return corners.iter().map(|&c| [c, c]).collect();
+        return corners.mapped(|&c| [c, c]);
     }
-    (0..corners.len())
-        .map(|k| {
-            let (a, b) = (corners[k], corners[(k + 1) % corners.len()]);
-            [a.min(b), a.max(b)]
-        })
-        .collect()
+    list_of(corners.len(), |k| {
+        let (a, b) = (corners[k], corners[(k + 1) % corners.len()]);
+        [a.min(b), a.max(b)]
+    })
 }

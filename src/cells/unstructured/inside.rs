@@ -1,6 +1,7 @@
 //! Whether a cell of a mesh holds a point.
 
 use crate::cells::brick::{determinant, multilinear};
+use crate::each::{array_of, point_of};
 use crate::geometry::{Bounds, Point};
 use crate::mesh::{CellShape, Mesh};
 
@@ -22,13 +23,13 @@ pub(super) fn holds<const D: usize>(mesh: &Mesh<D>, cell: usize, at: &Point<D>) 
     // Newton on the cell's map, by Cramer's rule; one step does for straight simplices, a few from the middle for others.
     let mut local = match shape {
         CellShape::Triangle | CellShape::Tetrahedron => Point::repeat(0.25),
-        CellShape::Prism => Point::from_fn(|i, _| if i == 2 { 0.5 } else { 1.0 / 3.0 }),
+        CellShape::Prism => point_of(|i| if i == 2 { 0.5 } else { 1.0 / 3.0 }),
         _ => Point::repeat(0.5),
     };
     for _ in 0..20 {
         let (position, columns) = map(shape, &x, &local);
         let total = determinant(&columns);
-        let step = Point::<D>::from_fn(|i, _| {
+        let step = point_of::<D>(|i| {
             let mut replaced = columns;
             replaced[i] = at - position;
             determinant(&replaced) / total
@@ -51,7 +52,7 @@ pub(super) fn holds<const D: usize>(mesh: &Mesh<D>, cell: usize, at: &Point<D>) 
 fn map<const D: usize>(shape: CellShape, x: &[Point<D>; 8], local: &Point<D>) -> (Point<D>, [Point<D>; D]) {
     match shape {
         CellShape::Triangle | CellShape::Tetrahedron => {
-            let columns: [Point<D>; D] = std::array::from_fn(|i| x[i + 1] - x[0]);
+            let columns: [Point<D>; D] = array_of(|i| x[i + 1] - x[0]);
             let position = columns.iter().zip(local.iter()).fold(x[0], |sum, (column, t)| sum + column * *t);
             (position, columns)
         }
@@ -60,7 +61,7 @@ fn map<const D: usize>(shape: CellShape, x: &[Point<D>; 8], local: &Point<D>) ->
             let level = |base: usize| x[base] * (1.0 - s - t) + x[base + 1] * s + x[base + 2] * t;
             let along = |k: usize| (x[k] - x[0]) * (1.0 - w) + (x[3 + k] - x[3]) * w;
             let position = level(0) * (1.0 - w) + level(3) * w;
-            (position, std::array::from_fn(|i| if i < 2 { along(i + 1) } else { level(3) - level(0) }))
+            (position, array_of(|i| if i < 2 { along(i + 1) } else { level(3) - level(0) }))
         }
         _ => {
             // Around, where bricks count along their axes.

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::cells::BoundaryCells;
 use crate::cells::brick::{area_vector, multilinear};
+use crate::each::Each;
 use crate::geometry::Point;
 use crate::quadrature::Points;
 
@@ -157,7 +158,7 @@ impl<const D: usize> Bent<D> {
                 return None;
             }
             let of = |particle: &u32| plain.iter().find(|trace| trace.0 == *particle).map_or(0.0, |trace| trace.1);
-            let mut weights: Vec<f64> = window.iter().map(of).collect();
+            let mut weights: Vec<f64> = window.mapped(of);
             let rows = DMatrix::from_fn(D + 1, window.len(), |i, k| entry(window[k], i));
             let requested = DVector::from_fn(D + 1, |i, _| if i == 0 { 1.0 } else { normal[i - 1] });
             let missing = &requested - &rows * DVector::from_row_slice(&weights);

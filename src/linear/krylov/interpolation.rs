@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::assembly::Ranks;
+use crate::each::{Each, list_of};
 use crate::parallel::for_each_mut;
 use crate::simd::{Arithmetic, Task, dispatch};
 
@@ -218,7 +219,7 @@ impl Interpolation {
         };
         let mut all = Interpolation { rows, columns, own, ranks, least: 0.0, degree: 0 };
         // Splines of the third order on regular lattices have 1/27 and more; wider supports less.
-        let b: Vec<f64> = (0..n).map(|k| (1.7 * k as f64).sin()).collect();
+        let b: Vec<f64> = list_of(n, |k| (1.7 * k as f64).sin());
         for (least, degree) in [(0.03, 10), (0.01, 18), (0.003, 32), (0.001, 56)] {
             (all.least, all.degree) = (least, degree);
             let mut x = b.clone();
@@ -256,7 +257,7 @@ impl Interpolation {
     /// Chebyshev's iteration from zero, for the matrix or its transpose.
     pub(super) fn solve(&self, transposed: bool, b: &mut [f64]) {
         let (middle, half) = (0.5 * (1.0 + self.least), 0.5 * (1.0 - self.least));
-        let mut step: Vec<f64> = b.iter().map(|b| b / middle).collect();
+        let mut step: Vec<f64> = b.mapped(|b| b / middle);
         let mut x = step.clone();
         let mut left = vec![0.0; b.len()];
         let mut rho = half / middle;

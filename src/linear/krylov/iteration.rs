@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::Matrix4;
 
 use crate::assembly::{Assembler, Pattern, Ranks, StateRef, System, release};
+use crate::each::Each;
 use crate::error::LinearError;
 use crate::term::Zone;
 
@@ -85,8 +86,7 @@ impl Iteration {
         }
         if self.preconditioner.is_some() {
             let first = &self.assembler.pattern().columns;
-            let mut diagonal: Vec<f64> =
-                first[..own.len()].iter().map(|&first| self.system.values[first].abs()).collect();
+            let mut diagonal: Vec<f64> = first[..own.len()].mapped(|&first| self.system.values[first].abs());
             total(&self.ranks, &mut diagonal);
             self.stiffness = diagonal.iter().fold(0.0, |largest: f64, d| largest.max(*d));
             let stiff = HELD * self.stiffness;
@@ -139,7 +139,7 @@ impl Iteration {
         for row in 0..rows.len() {
             rows[row].iter().for_each(|&(column, c)| dense[column as usize] = c);
             for &other in self.products.column(row) {
-                let sum = rows[other as usize].iter().map(|&(column, c)| c * dense[column as usize]).sum();
+                let sum = rows[other as usize].summed(|&(column, c)| c * dense[column as usize]);
                 self.product_values.push(sum);
             }
             rows[row].iter().for_each(|&(column, _)| dense[column as usize] = 0.0);

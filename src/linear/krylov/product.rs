@@ -7,6 +7,7 @@ use std::sync::Arc;
 use nalgebra::Matrix4;
 
 use crate::assembly::{Pattern, Ranks};
+use crate::each::{Each, EachOf, array_of, list_of};
 use crate::error::LinearError;
 use crate::parallel::map_with;
 use crate::term::{Product, Zone};
@@ -23,7 +24,7 @@ const PARTS: usize = 16;
 pub(super) fn parts(pattern: &Pattern, unknowns: usize) -> Vec<usize> {
     let total = pattern.columns[unknowns];
     let mut ends: Vec<usize> =
-        (0..=PARTS).map(|k| pattern.columns[..=unknowns].partition_point(|&c| c < total * k / PARTS)).collect();
+        list_of(PARTS + 1, |k| pattern.columns[..=unknowns].partition_point(|&c| c < total * k / PARTS));
     ends[PARTS] = unknowns;
     ends
 }
@@ -43,7 +44,7 @@ pub(super) fn pieces(zones: &[Zone]) -> Vec<Piece> {
         let unknowns = nodes().min().map_or(0..0, |least| 3 * least..3 * (nodes().max().unwrap_or(least) + 1));
         Piece { zones: own, unknowns }
     };
-    (0..parts).map(piece).collect()
+    list_of(parts, piece)
 }
 
 /// Numbers of a zone, in unknowns of the size of the forces.
@@ -102,11 +103,11 @@ impl Solved<'_> {
                     let target = &mut sums[3 * *node as usize - unknowns.start..][..3];
                     (0..3).for_each(|i| target[i] += values[i]);
                 }
-                let q = std::array::from_fn(|l| scale * q[4 * k + l]);
+                let q = array_of(|l| scale * q[4 * k + l]);
                 if q.iter().any(|q| *q != 0.0) {
                     zone.scatter::<3>(&q, &mut sums, unknowns.start);
                 }
-                volumes.extend(zone.gather::<3>(x).map(|v| scale * v));
+                volumes.extend(zone.gather::<3>(x).each(|v| scale * v));
             }
             (sums, volumes)
         });
@@ -166,7 +167,7 @@ impl Solved<'_> {
 
     /// $G x$ of conditions with a largest entry of one.
     fn conditions(&self, x: &[f64]) -> Vec<f64> {
-        self.rows.iter().map(|row| row.iter().map(|&(k, c)| c * x[k as usize]).sum()).collect()
+        self.rows.mapped(|row| row.summed(|&(k, c)| c * x[k as usize]))
     }
 
     /// $x \mathrel{+}= s\\,G^T \mu$.
@@ -197,7 +198,7 @@ impl Solved<'_> {
     /// $y \mathrel{+}= C^T q$ in scaled pressures.
     pub(super) fn pressed(&self, q: &[f64], sign: f64, y: &mut [f64]) {
         for ((zone, own), q) in self.system.zones.iter().zip(self.pressures).zip(q.as_chunks::<4>().0) {
-            zone.scatter::<3>(&q.map(|q| sign * own.scale * q), y, 0);
+            zone.scatter::<3>(&q.each(|q| sign * own.scale * q), y, 0);
         }
     }
 

@@ -2,6 +2,7 @@
 
 use std::sync::PoisonError;
 
+use crate::each::{Each, EachOf};
 use crate::error::LinearError;
 
 use super::super::gmres::gmres;
@@ -45,7 +46,7 @@ impl Solved<'_> {
         self.multiply(&met, q, &mut left, &mut vec![0.0; q.len()]);
         total(self.ranks, &mut left);
         for ((pressures, own), q) in pressures.iter_mut().zip(self.pressures).zip(q.as_chunks::<4>().0) {
-            *pressures = q.map(|q| own.scale * q);
+            *pressures = q.each(|q| own.scale * q);
         }
         left.iter_mut().zip(&*force).for_each(|(l, f)| *l = f - *l);
         let mu = self.multipliers(&left)?;
@@ -58,7 +59,7 @@ impl Solved<'_> {
     fn met(&self, gap: &[f64]) -> Result<Vec<f64>, LinearError> {
         let mut met = vec![0.0; self.unknowns];
         if let Some(projector) = &self.projector {
-            let mut mu: Vec<f64> = gap.iter().map(|g| g / self.stiffness).collect();
+            let mut mu: Vec<f64> = gap.mapped(|g| g / self.stiffness);
             projector.solve(&mut mu)?;
             self.react(&mu, 1.0, &mut met);
         }
@@ -77,7 +78,7 @@ impl Solved<'_> {
         whole.iter_mut().zip(force).for_each(|(u, f)| *u = f - *u);
         self.project(&mut whole);
         u.copy_from_slice(&whole[self.own.clone()]);
-        let wanted = pressures.iter().zip(self.pressures).flat_map(|(g, own)| g.map(|g| own.scale * g));
+        let wanted = pressures.iter().zip(self.pressures).flat_map(|(g, own)| g.each(|g| own.scale * g));
         q.iter_mut().zip(wanted).for_each(|(q, wanted)| *q = wanted - *q);
         right
     }

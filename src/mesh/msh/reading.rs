@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::bytes::Bytes;
+use crate::each::EachOf;
 use crate::error::MeshError;
 use crate::mesh::elements::{Elements, Group};
 use crate::mesh::shape::CellShape;
@@ -137,7 +138,7 @@ impl Reading {
             let (Some(a), Some(b), Some(m)) = (place(tags[ends[0]]), place(tags[ends[1]]), place(middle)) else {
                 continue;
             };
-            let [x, y, z] = [a, b, m].map(|place| self.points[place as usize]);
+            let [x, y, z] = [a, b, m].each(|place| self.points[place as usize]);
             let (mut off, mut length) = (0.0, 0.0);
             for i in 0..3 {
                 off += (z[i] - 0.5 * (x[i] + y[i])).powi(2);

@@ -12,6 +12,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::labels::{Curve, place};
 use super::ranges::{Ranges, clip, ranges};
 use super::{Aspect, Chart, Colour, Direction, Marker, Scale, Series, Stroke};
+use crate::each::{Each, EachOf};
 use crate::error::OutputError;
 use crate::output::{short, write_file};
 
@@ -89,17 +90,17 @@ fn svg(chart: &Chart) -> Result<String, OutputError> {
         return Err(chart.error(format!("{} by {} pixels; up to {LARGEST} are drawn", chart.size.0, chart.size.1)));
     }
     let mut ranges = ranges(chart)?;
-    let [width, mut height] = [chart.size.0.max(320), chart.size.1.max(240)].map(|side| side as i32);
+    let [width, mut height] = [chart.size.0.max(320), chart.size.1.max(240)].each(|side| side as i32);
     let title = if chart.title.is_empty() { 0 } else { TITLE };
     if equal {
         let room = room(width, height, title);
         // One scale for both axes: a flat shape takes less height, a slender one stands in the middle.
-        let spans = ranges.map(|(low, high)| high - low);
+        let spans = ranges.each(|(low, high)| high - low);
         let unit = (spans[0] / room[0]).max(spans[1] / room[1]);
         let used = [room[0], (spans[1] / unit).max(80.0)];
         height -= (room[1] - used[1]) as i32;
-        let kept = [0, 1].map(|axis| (used[axis] as i32 as f64 * unit - spans[axis]) / 2.0);
-        ranges = [0, 1].map(|axis| (ranges[axis].0 - kept[axis], ranges[axis].1 + kept[axis]));
+        let kept = [0, 1].each(|axis| (used[axis] as i32 as f64 * unit - spans[axis]) / 2.0);
+        ranges = [0, 1].each(|axis| (ranges[axis].0 - kept[axis], ranges[axis].1 + kept[axis]));
     }
     let drawn = resolve(chart, &ranges);
     let visible = |d: &Drawn<'_>| (d.width > 0 && !d.runs.is_empty()) || !d.points.is_empty();
@@ -132,7 +133,7 @@ fn svg(chart: &Chart) -> Result<String, OutputError> {
     paint(&mut text).map_err(|failure| chart.error(failure.to_string()))?;
     // plotters takes titles and names as they come.
     let text = text.replace(crate::output::is_forbidden, " ");
-    let units = size.map(|side| side * PIXEL);
+    let units = size.each(|side| side * PIXEL);
     let given = format!("width=\"{}\" height=\"{}\"", units[0], units[1]);
     Ok(text.replacen(&given, &format!("width=\"{}\" height=\"{}\"", size[0], size[1]), 1))
 }
@@ -190,7 +191,7 @@ fn plot<'a>(
         .light_line_style(TRANSPARENT)
         .draw()?;
     for band in &chart.bands {
-        let [low, high] = [band.lower, band.upper].map(|end| match chart.y.scale.forward(end) {
+        let [low, high] = [band.lower, band.upper].each(|end| match chart.y.scale.forward(end) {
             even if even.is_nan() => y.0,
             even => even.clamp(y.0, y.1),
         });
@@ -201,7 +202,7 @@ fn plot<'a>(
     }
     let area = plot.plotting_area().strip_coord_spec();
     for (drawn, at) in drawn.iter().zip(beside) {
-        if let Some([x, y]) = at.map(|at| at.map(|px| (px * f64::from(PIXEL)) as i32)) {
+        if let Some([x, y]) = at.map(|at| at.each(|px| (px * f64::from(PIXEL)) as i32)) {
             let colour = if drawn.colour == SHADE { NAMED } else { drawn.colour };
             let style =
                 TextStyle::from((FONT, LETTERS[2] * PIXEL)).pos(Pos::new(HPos::Left, VPos::Center)).color(&colour);
@@ -213,7 +214,7 @@ fn plot<'a>(
 
 /// Width and height of the plot \[px\].
 fn room(width: i32, height: i32, title: i32) -> [f64; 2] {
-    [width - LEFT - 6 - EDGE, height - title - BENEATH - EDGE].map(f64::from)
+    [width - LEFT - 6 - EDGE, height - title - BENEATH - EDGE].each(f64::from)
 }
 
 /// Where the names of what is drawn stand, from the upper left corner of the plot \[px\].
@@ -222,11 +223,11 @@ fn names(chart: &Chart, ranges: &Ranges, drawn: &[Drawn<'_>], room: [f64; 2]) ->
     let at = |&(a, b): &(f64, f64)| [(a - x.0) / (x.1 - x.0) * room[0], (y.1 - b) / (y.1 - y.0) * room[1]];
     let first_band = drawn.len() - chart.bands.len();
     let curve = |(k, drawn): (usize, &Drawn<'_>)| {
-        let markers: Vec<[f64; 2]> = drawn.points.iter().map(at).collect();
-        let lines: Vec<Vec<[f64; 2]>> = drawn.runs.iter().map(|run| run.iter().map(at).collect()).collect();
+        let markers: Vec<[f64; 2]> = drawn.points.mapped(at);
+        let lines: Vec<Vec<[f64; 2]>> = drawn.runs.mapped(|run| run.mapped(at));
         let anchors = match k.checked_sub(first_band).map(|k| &chart.bands[k]) {
             Some(band) => {
-                let ends = [band.lower, band.upper].map(|end| chart.y.scale.forward(end).max(y.0).min(y.1));
+                let ends = [band.lower, band.upper].each(|end| chart.y.scale.forward(end).max(y.0).min(y.1));
                 let middle = at(&(x.0, (ends[0] + ends[1]) / 2.0))[1];
                 vec![[room[0], middle], [0.0, middle]]
             }
@@ -326,8 +327,8 @@ fn resolve<'a>(chart: &'a Chart, ranges: &Ranges) -> Vec<Drawn<'a>> {
     for reference in &chart.references {
         let [x, y] = *ranges;
         let ends = match reference.direction {
-            Direction::Horizontal => [x.0, x.1].map(|x| (x, chart.y.scale.forward(reference.value))),
-            Direction::Vertical => [y.0, y.1].map(|y| (chart.x.scale.forward(reference.value), y)),
+            Direction::Horizontal => [x.0, x.1].each(|x| (x, chart.y.scale.forward(reference.value))),
+            Direction::Vertical => [y.0, y.1].each(|y| (chart.x.scale.forward(reference.value), y)),
         };
         let run = clip(ranges, ends[0], ends[1]).map_or(Vec::new(), Vec::from);
         drawn.push(line(reference.name.as_str(), BLACK, 2, dash(), run));

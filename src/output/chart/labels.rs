@@ -1,5 +1,5 @@
 //! Names of series beside their curves.
-
+use crate::each::EachOf;
 /// Width of a letter and height of a name \[px\].
 const LETTER: f64 = 7.6;
 const HEIGHT: f64 = 16.0;
@@ -51,7 +51,7 @@ fn candidates(curve: &Curve, room: [f64; 2]) -> impl Iterator<Item = (Frame, f64
     tried.flat_map(move |(k, at)| {
         let place = if k == last { PLACES[0] } else { PLACES[usize::from(k > 0) + 1] };
         let [right, left, middle] = [at[0] + GAP, at[0] - GAP - width, at[0] - width / 2.0];
-        let [level, above, below] = [0.0, -GAP - HEIGHT / 2.0, GAP + HEIGHT / 2.0].map(|shift| at[1] + shift);
+        let [level, above, below] = [0.0, -GAP - HEIGHT / 2.0, GAP + HEIGHT / 2.0].each(|shift| at[1] + shift);
         let around = [
             (right, level),
             (middle, above),
@@ -83,7 +83,7 @@ fn cost(frame: &Frame, curves: &[Curve], taken: &[Frame]) -> f64 {
 
 /// The length of the part of a line within a box.
 fn length_within(frame: &Frame, a: [f64; 2], b: [f64; 2]) -> f64 {
-    let ranges = frame.map(|[low, high]| (low, high));
+    let ranges = frame.each(|[low, high]| (low, high));
     let part = super::ranges::clip(&ranges, a.into(), b.into());
     part.map_or(0.0, |[from, to]| (to.0 - from.0).hypot(to.1 - from.1))
 }

@@ -1,5 +1,6 @@
 //! Ranges of the axes.
 
+use crate::each::array_of;
 use crate::error::OutputError;
 
 use super::{Aspect, Axis, Chart, Direction, Scale};
@@ -62,7 +63,7 @@ pub(super) fn ranges(chart: &Chart) -> Result<Ranges, OutputError> {
             found[1].include(lower);
         }
     }
-    Ok(std::array::from_fn(|axis| fixed[axis].unwrap_or_else(|| found[axis].padded(scales[axis], chart.aspect))))
+    Ok(array_of(|axis| fixed[axis].unwrap_or_else(|| found[axis].padded(scales[axis], chart.aspect))))
 }
 
 /// A range set by the user, in the even coordinate.

@@ -1,5 +1,5 @@
 //! What a chart shows: points, how they are joined, marked and coloured.
-
+use crate::each::Each;
 /// How the points of a series are joined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Stroke {
@@ -87,13 +87,13 @@ impl Series {
 
     /// A solid line through the points.
     pub fn line<P: Copy + Into<[f64; 2]>>(name: impl Into<String>, points: &[P]) -> Self {
-        Self { name: name.into(), paths: vec![points.iter().map(|&p| p.into()).collect()], ..Self::default() }
+        Self { name: name.into(), paths: vec![points.mapped(|&p| p.into())], ..Self::default() }
     }
 
     /// Several polylines under one name: the outlines and grid lines of a shape.
     pub fn outlines<P: Copy + Into<[f64; 2]>>(name: impl Into<String>, paths: &[Vec<P>]) -> Self {
-        let points = |path: &Vec<P>| path.iter().map(|&p| p.into()).collect();
-        Self { name: name.into(), paths: paths.iter().map(points).collect(), ..Self::default() }
+        let points = |path: &Vec<P>| path.mapped(|&p| p.into());
+        Self { name: name.into(), paths: paths.mapped(points), ..Self::default() }
     }
 
     /// The points, marked and not joined.

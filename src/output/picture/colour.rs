@@ -1,5 +1,5 @@
 //! The colours of bands of values.
-
+use crate::each::array_of;
 /// Bands of colour between the smallest and the largest value.
 pub(super) const BANDS: usize = 12;
 
@@ -18,5 +18,5 @@ pub(super) fn colour(band: usize) -> [f64; 3] {
     ];
     let at = band.min(BANDS - 1) as f64 / (BANDS - 1) as f64 * 8.0;
     let low = (at as usize).min(7);
-    std::array::from_fn(|i| STOPS[low][i] + (at - low as f64) * (STOPS[low + 1][i] - STOPS[low][i]))
+    array_of(|i| STOPS[low][i] + (at - low as f64) * (STOPS[low + 1][i] - STOPS[low][i]))
 }

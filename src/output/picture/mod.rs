@@ -13,6 +13,7 @@ use nalgebra::{SVector, Vector3};
 pub use page::Page;
 
 use super::{escaped, short, write_file};
+use crate::each::{Each, EachOf};
 use crate::error::OutputError;
 use colour::{BANDS, colour};
 use raster::{Canvas, Lines};
@@ -63,7 +64,7 @@ pub struct Picture {
 impl Picture {
     /// Faces by their corners around; points in the plane have two coordinates.
     pub fn new<const D: usize>(points: &[SVector<f64, D>], faces: Vec<Vec<usize>>) -> Self {
-        Picture::of(points.iter().map(padded).collect(), D < 3, faces)
+        Picture::of(points.mapped(padded), D < 3, faces)
     }
 
     /// The same of points with three coordinates, which may lie in the plane.
@@ -157,15 +158,15 @@ impl Picture {
     pub fn to_svg(&self) -> Result<String, OutputError> {
         let panels: Vec<&Picture> = std::iter::once(self).chain(&self.beside).collect();
         panels.iter().try_for_each(|panel| panel.check())?;
-        let [width, height] = self.size.map(f64::from);
+        let [width, height] = self.size.each(f64::from);
         let bar = if panels.iter().all(|panel| panel.values.is_empty()) { 0.0 } else { BAR };
         let top = MARGIN + if panels.iter().all(|panel| panel.title.is_empty()) { 0.0 } else { 32.0 };
         let across = (width - MARGIN - bar) / panels.len() as f64;
         let room = [across - MARGIN, height - top - MARGIN];
-        let seen: Vec<Vec<[f64; 3]>> = panels.iter().map(|panel| panel.seen()).collect();
+        let seen: Vec<Vec<[f64; 3]>> = panels.mapped(|panel| panel.seen());
         let extents: Vec<[[f64; 2]; 2]> = panels.iter().zip(&seen).map(|(panel, seen)| panel.extent(seen)).collect();
         let scale = (extents.iter())
-            .flat_map(|ends| [0, 1].map(|i| room[i] / (ends[i][1] - ends[i][0])))
+            .flat_map(|ends| [0, 1].each(|i| room[i] / (ends[i][1] - ends[i][0])))
             .fold(f64::INFINITY, f64::min);
         if !(scale > 0.0 && scale.is_finite()) {
             return Err(self.nothing("a body without extent, or no room for it"));
@@ -207,7 +208,7 @@ impl Picture {
     /// As [`to_svg`](Picture::to_svg).
     pub fn to_png(&self) -> Result<Vec<u8>, OutputError> {
         self.check()?;
-        let (seen, room) = (self.seen(), self.size.map(f64::from));
+        let (seen, room) = (self.seen(), self.size.each(f64::from));
         let ends = self.extent(&seen);
         let scale = (room[0] / (ends[0][1] - ends[0][0])).min(room[1] / (ends[1][1] - ends[1][0]));
         if !(scale > 0.0 && scale.is_finite()) {
@@ -235,7 +236,7 @@ impl Picture {
         if self.flat {
             return [Vector3::x(), Vector3::y(), Vector3::z()];
         }
-        let [(sa, ca), (se, ce)] = self.view.map(|angle| angle.to_radians().sin_cos());
+        let [(sa, ca), (se, ce)] = self.view.each(|angle| angle.to_radians().sin_cos());
         let eye = Vector3::new(ce * ca, ce * sa, se);
         let right = Vector3::new(-sa, ca, 0.0);
         [right, eye.cross(&right), eye]
@@ -244,24 +245,24 @@ impl Picture {
     /// The points to the right, upward and to the eye.
     fn seen(&self) -> Vec<[f64; 3]> {
         let directions = self.directions();
-        self.points.iter().map(|x| directions.map(|direction| x.dot(&direction))).collect()
+        self.points.mapped(|x| directions.each(|direction| x.dot(&direction)))
     }
 
     /// Least and largest coordinates of what is shown, to the right and upward.
     fn extent(&self, seen: &[[f64; 3]]) -> [[f64; 2]; 2] {
         let shown = || self.faces.iter().flatten().map(|&point| seen[point]);
-        [0, 1].map(|i| shown().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x[i]), b.max(x[i])]))
+        [0, 1].each(|i| shown().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x[i]), b.max(x[i])]))
     }
 
     /// The body in pixels, in the middle of a room.
     fn drawn(&self, seen: &[[f64; 3]], ends: &[[f64; 2]; 2], room: [f64; 2], scale: f64, range: (f64, f64)) -> Canvas {
         let [right, up, eye] = self.directions();
         let mut canvas = Canvas::new(room, [right * -0.5 + up * 0.7 + eye * 0.8, eye]);
-        let middle = ends.map(|[a, b]| 0.5 * (a + b));
+        let middle = ends.each(|[a, b]| 0.5 * (a + b));
         let place = |x: &[f64; 3]| {
             [0.5 * room[0] + (x[0] - middle[0]) * scale, 0.5 * room[1] - (x[1] - middle[1]) * scale, x[2] * scale]
         };
-        let at: Vec<[f64; 3]> = seen.iter().map(place).collect();
+        let at: Vec<[f64; 3]> = seen.mapped(place);
         let (least, most) = range;
         let part = |v: f64| if most > least { ((v - least) / (most - least)).clamp(0.0, 1.0) } else { 0.0 };
         let surface = surface::Surface::new(&self.points, self.rest.as_ref().unwrap_or(&self.points), &self.faces);
@@ -325,7 +326,7 @@ impl Picture {
         let letters = LETTERS[1];
         for band in 0..BANDS {
             let y = from + bar - (band + 1) as f64 * step;
-            let [r, g, b] = colour(band).map(|c| c as u8);
+            let [r, g, b] = colour(band).each(|c| c as u8);
             let height = step + 0.3;
             let _ = writeln!(
                 svg,

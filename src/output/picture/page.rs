@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::colour::{BANDS, colour};
 use super::{LEVEL, Picture, base64};
+use crate::each::{EachOf, list_of};
 use crate::error::OutputError;
 use crate::output::{escaped, is_forbidden, short, write_file};
 
@@ -77,7 +78,7 @@ impl Page {
             Some(lines) => integers(lines.iter().flat_map(|line| line.windows(2).flat_map(|ends| [ends[0], ends[1]]))),
             None => integers(edges()),
         };
-        let colours: Vec<[u8; 3]> = (0..BANDS).map(|band| colour(band).map(|c| c as u8)).collect();
+        let colours: Vec<[u8; 3]> = list_of(BANDS, |band| colour(band).each(|c| c as u8));
         let range = most - least;
         let marks: Vec<String> = match range > 0.0 {
             true => (0..=4).map(|mark| short(least + f64::from(mark) / 4.0 * range, range)).collect(),

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::colour::{BANDS, colour};
+use crate::each::{Each, EachOf, sum_of};
 
 /// Pixels of the image on a pixel of the picture, and samples on a pixel of the image, in each direction.
 const DENSITY: f64 = 1.5;
@@ -43,7 +44,7 @@ pub(super) struct Canvas {
 impl Canvas {
     /// An empty canvas of a size \[px\], with the directions to the light and to the eye.
     pub(super) fn new(room: [f64; 2], [light, eye]: [Vector3<f64>; 2]) -> Self {
-        let size = room.map(|side| (side * DENSITY).round().max(1.0) as usize * SAMPLES);
+        let size = room.each(|side| (side * DENSITY).round().max(1.0) as usize * SAMPLES);
         let count = size[0] * size[1];
         let light = light.normalize();
         Canvas {
@@ -62,7 +63,7 @@ impl Canvas {
         }
         let n = corners.len() as f64;
         let middle = Corner {
-            at: [0, 1, 2].map(|i| corners.iter().map(|corner| corner.at[i]).sum::<f64>() / n),
+            at: [0, 1, 2].each(|i| corners.summed(|corner| corner.at[i]) / n),
             normal: corners.iter().map(|corner| corner.normal).sum(),
             value: corners.iter().map(|corner| corner.value).sum::<f64>() / n,
         };
@@ -73,7 +74,7 @@ impl Canvas {
 
     fn triangle(&mut self, corners: [&Corner; 3]) {
         let dense = DENSITY * SAMPLES as f64;
-        let [a, b, c] = corners.map(|corner| [corner.at[0] * dense, corner.at[1] * dense]);
+        let [a, b, c] = corners.each(|corner| [corner.at[0] * dense, corner.at[1] * dense]);
         let across =
             |p: [f64; 2], q: [f64; 2], x: [f64; 2]| (q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0]);
         let area = across(a, b, c);
@@ -92,7 +93,7 @@ impl Canvas {
                 if parts.iter().any(|part| *part < 0.0) {
                     continue;
                 }
-                let mean = |of: &dyn Fn(&Corner) -> f64| (0..3).map(|k| parts[k] * of(corners[k])).sum::<f64>();
+                let mean = |of: &dyn Fn(&Corner) -> f64| sum_of(3, |k| parts[k] * of(corners[k]));
                 let (depth, pixel) = (mean(&|corner| corner.at[2]) as f32, row * self.size[0] + column);
                 if depth > self.depths[pixel] {
                     self.depths[pixel] = depth;
@@ -109,12 +110,12 @@ impl Canvas {
             false => colour((value * BANDS as f64) as usize),
         };
         let Some(normal) = normal.and_then(|normal| normal.try_normalize(0.0)) else {
-            return colour.map(|c| c as f32);
+            return colour.each(|c| c as f32);
         };
         let [ambient, diffuse, highlight] = LIGHT;
         let bright = ambient + diffuse * normal.dot(&self.light).max(0.0);
         let shine = 255.0 * highlight * normal.dot(&self.half).max(0.0).powi(24);
-        colour.map(|c| (c * bright + shine).clamp(0.0, 255.0) as f32)
+        colour.each(|c| (c * bright + shine).clamp(0.0, 255.0) as f32)
     }
 
     /// Draws a line where no face is in front of it.
@@ -123,7 +124,7 @@ impl Canvas {
         let mut last: Option<[f64; 3]> = None;
         for to in points {
             if let Some(from) = last {
-                self.segment([from, to].map(|x| [x[0] * dense, x[1] * dense, x[2]]), look.half * dense, look.cover);
+                self.segment([from, to].each(|x| [x[0] * dense, x[1] * dense, x[2]]), look.half * dense, look.cover);
             }
             last = Some(to);
         }
@@ -146,7 +147,7 @@ impl Canvas {
                 let pixel = row * self.size[0] + column;
                 let depth = p[2] + t * (q[2] - p[2]) + NEARER;
                 if off[0] * off[0] + off[1] * off[1] <= half * half && depth as f32 >= self.depths[pixel] {
-                    self.colours[pixel] = self.colours[pixel].map(|c| c * (1.0 - cover as f32) + 20.0 * cover as f32);
+                    self.colours[pixel] = self.colours[pixel].each(|c| c * (1.0 - cover as f32) + 20.0 * cover as f32);
                 }
             }
         }
@@ -154,7 +155,7 @@ impl Canvas {
 
     /// The image as a file in the format PNG.
     pub(super) fn encoded(&self) -> Result<Vec<u8>, String> {
-        let [width, height] = self.size.map(|side| side / SAMPLES);
+        let [width, height] = self.size.each(|side| side / SAMPLES);
         let mut bytes = Vec::with_capacity(3 * width * height);
         for row in 0..height {
             for column in 0..width {

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+use crate::each::{Each, array_of};
 use crate::error::BoundaryError;
 use crate::geometry::{Point, unit};
 use crate::term::Amplitude;
@@ -35,10 +36,10 @@ impl<const D: usize> Direction<D> {
     pub fn tangential(centre: [f64; D], axis: [f64; 3]) -> Self {
         Direction::Field(Arc::new(move |x| {
             let r = across(x, &centre, &axis);
-            let r: [f64; 3] = std::array::from_fn(|i| r.get(i).copied().unwrap_or(0.0));
+            let r: [f64; 3] = array_of(|i| r.get(i).copied().unwrap_or(0.0));
             let a = if D == 3 { axis } else { [0.0, 0.0, 1.0] };
             let around = [a[1] * r[2] - a[2] * r[1], a[2] * r[0] - a[0] * r[2], a[0] * r[1] - a[1] * r[0]];
-            std::array::from_fn(|i| around[i])
+            array_of(|i| around[i])
         }))
     }
 
@@ -63,17 +64,17 @@ impl<const D: usize> Direction<D> {
 
 /// The part of $x - c$ across an axis.
 fn across<const D: usize>(x: &Point<D>, centre: &[f64; D], axis: &[f64; 3]) -> [f64; D] {
-    let offset: [f64; D] = std::array::from_fn(|i| x[i] - centre[i]);
+    let offset: [f64; D] = array_of(|i| x[i] - centre[i]);
     if D < 3 {
         return offset;
     }
-    let size: f64 = axis.iter().map(|a| a * a).sum();
+    let size: f64 = axis.summed(|a| a * a);
     if !(size > 0.0) {
         // Nothing is across an axis without a direction: the direction is refused where it is asked for.
         return [0.0; D];
     }
     let along = offset.iter().zip(axis).map(|(o, a)| o * a).sum::<f64>() / size;
-    std::array::from_fn(|i| offset[i] - along * axis[i])
+    array_of(|i| offset[i] - along * axis[i])
 }
 
 impl<const D: usize> fmt::Display for Direction<D> {
@@ -175,7 +176,7 @@ fn label(name: Option<&str>, direction: &dyn fmt::Display, at_point: bool, place
 
 impl<const D: usize> fmt::Debug for Condition<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let prescribed: Vec<String> = self.prescribed.iter().map(|(d, v)| format!("{d} = {v:?}")).collect();
+        let prescribed: Vec<String> = self.prescribed.mapped(|(d, v)| format!("{d} = {v:?}"));
         f.debug_struct("Condition")
             .field("place", &self.place)
             .field("prescribed", &prescribed)

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::contact::{ContactSurface, Interference, Obstacle, PairContact, RigidContact, Trace, validate};
+use crate::each::Each;
 use crate::error::{Error, GeometryError};
 use crate::geometry::{Point, unit};
 use crate::term::View;
@@ -144,7 +145,7 @@ impl Law {
         }
         let view = View { displacement: rest, condensed: &[], load: 0.0 };
         let free = rigid.and_then(|law| law.surface.free_direction());
-        let total: f64 = surface.traces.iter().map(|trace| trace.area).sum();
+        let total: f64 = surface.traces.summed(|trace| trace.area);
         for (k, trace) in surface.traces.iter().enumerate() {
             let mut x = Point::<3>::zeros();
             for &(point, weight) in &trace.points {

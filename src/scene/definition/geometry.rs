@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::cells::{Cells, CutLattice, Triangulation, Voronoi};
+use crate::each::array_of;
 use crate::error::{Error, GeometryError};
 use crate::geometry::{Block, Domain, Point, Region};
 use crate::mesh::Mesh;
@@ -96,7 +97,7 @@ impl From<Solid3> for Geometry<3> {
                 Resolution::Counts(counts) => {
                     let counts: [usize; 3] = some_per_axis(counts)?;
                     let Block { min, max } = solid.bounds();
-                    let sides: [f64; 3] = std::array::from_fn(|i| max[i] - min[i]);
+                    let sides: [f64; 3] = array_of(|i| max[i] - min[i]);
                     let even = counts.iter().all(|count| *count == counts[0]);
                     let own = |i: usize| sides[i] / (counts[i].max(2) - 1) as f64;
                     let spacings = [own(0), own(1), own(2)];

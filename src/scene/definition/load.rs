@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::each::{EachOf, list_of};
 use crate::error::SolveError;
 use crate::geometry::{Point, padded, vector};
 use crate::material::{Material, Past};
@@ -205,7 +206,7 @@ fn components(
         let (vector, amplitude) = (vector.clone(), amplitude.clone());
         Amplitude::Function(Arc::new(move |load| vector(amplitude.value(load))[i]))
     };
-    (0..dim).map(component).collect()
+    list_of(dim, component)
 }
 
 impl<const D: usize, T: Copy + 'static> Varying<Value<D, T>> {
@@ -398,7 +399,7 @@ fn on_sheet(load: &dyn Integrand, thick: &dyn Fn(&Matrix3<f64>) -> f64, at: &Poi
     load.evaluate(&PointState { deformation: settled, ..*at }, flux);
     let across = flux.force_by_gradient.column(ACROSS).into_owned();
     for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-        let [low, high] = [-DIFFERENCE, DIFFERENCE].map(|step| {
+        let [low, high] = [-DIFFERENCE, DIFFERENCE].each(|step| {
             let mut f = at.deformation;
             f[(i, j)] += step;
             thick(&f)

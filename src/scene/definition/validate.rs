@@ -1,6 +1,7 @@
 //! What of a scene no scheme could serve.
 
 use crate::contact::ContactError;
+use crate::each::Each;
 use crate::error::{BoundaryError, Error, GeometryError, Incompatible, Invalid};
 use crate::geometry::{Part, Point};
 use crate::material::Material;
@@ -240,7 +241,7 @@ fn sizes(bodies: &[(&str, &dyn Material)], loads: &[LoadData<'_>]) -> Result<(),
     for load in loads.iter().filter(|load| load.on_part && matches!(load.kind, Kind::Dead | Kind::Pressure)) {
         let size = match &load.constant[..] {
             [one] => one.abs(),
-            all => all.iter().map(|t| t * t).sum::<f64>().sqrt(),
+            all => all.summed(|t| t * t).sqrt(),
         };
         if size > LARGEST_LOAD * stiffest {
             let needed = "nothing elastic carries more than a thousand times its stiffest modulus: check the units";

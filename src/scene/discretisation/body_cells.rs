@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::cells::{Cells, Lattice, Layout, Unstructured};
 use crate::compiled::compiled;
+use crate::each::Each;
 use crate::error::{Error, GeometryError};
 
 use crate::scene::{ApproximationChoice, BodyCells, BodyOf, PressureScheme, Rule, Scene, Scheme, Source, counts};
@@ -22,7 +23,7 @@ impl<const D: usize> Scene<D> {
 
 /// The particles of each body under its own scheme and the cells between them.
 pub(crate) fn all_cells<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<BodyCells<D>, Error> {
-    let schemes: Vec<Scheme> = scene.bodies.iter().map(|body| body.scheme_under(scheme)).collect();
+    let schemes: Vec<Scheme> = scene.bodies.mapped(|body| body.scheme_under(scheme));
     unused::refuse(scene, scheme, &schemes)?;
     let bodies = scene.bodies.iter().zip(schemes);
     let all = bodies.map(|(body, scheme)| cells_of(scene, body, scheme)).collect::<Result<BodyCells<D>, Error>>()?;

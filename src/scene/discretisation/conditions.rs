@@ -8,6 +8,7 @@ use crate::boundary::{
     BoundaryPiece, Claims, Constraints, Prescription, check_component, is_redundant, moved, rounding, scaled,
 };
 use crate::cells::{BoundaryCells, Cells, TraceChoice};
+use crate::each::Each;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::{Part, Point};
 use crate::shape::Approximation;
@@ -112,7 +113,7 @@ pub(crate) fn equations<const D: usize>(
     let names = of.scene.rigid_names();
     let still =
         |(number, place): &(usize, Place<D>)| Condition::on(place.clone()).displacement([0.0; D]).named(names[*number]);
-    let still: Vec<Condition<D>> = tied.iter().map(still).collect();
+    let still: Vec<Condition<D>> = tied.mapped(still);
     let given = mine.iter().map(|(number, place)| (&of.scene.conditions[*number], place));
     let all: Vec<(&Condition<D>, &Place<D>)> = given.chain(still.iter().zip(tied.iter().map(|tie| &tie.1))).collect();
     let mut requests: Vec<Vec<Request<'_, D>>> = Vec::with_capacity(all.len());
@@ -206,7 +207,7 @@ fn normals<const D: usize>(
     }
     let normals = cells.boundary(part, 1, 2)?.normals_at_particles();
     let normal = |particle: &usize| normals.get(&(*particle as u32)).copied().unwrap_or_else(Point::zeros);
-    Ok(particles.iter().map(normal).collect())
+    Ok(particles.mapped(normal))
 }
 
 /// Refuses values that take a point of a body of revolution to its axis or beyond, where its hoops would be inverted.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::basis::Polynomial;
 use crate::cells::{Cells, Connections};
+use crate::each::sum_of;
 use crate::error::{ApproximationError, Error};
 use crate::geometry::{Part, Point};
 use crate::kernel::Kernel;
@@ -194,7 +195,7 @@ impl<const D: usize> DiscreteBody<D> {
             let (nodes, gradients) = (table.nodes(point), table.gradients(point));
             cover = cover.min(nodes.len());
             for (a, &node) in nodes.iter().enumerate() {
-                let slope = (0..D).map(|i| gradients[i * nodes.len() + a].powi(2)).sum::<f64>().sqrt();
+                let slope = sum_of(D, |i| gradients[i * nodes.len() + a].powi(2)).sqrt();
                 let dilation = self.dilations.get(node as usize).copied().unwrap_or(f64::NAN);
                 largest_slope = largest_slope.max(dilation * slope);
             }

@@ -8,6 +8,7 @@ use nalgebra::Matrix3;
 use crate::assembly::Model;
 use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation, Unaugmented};
 use crate::compiled::compiled;
+use crate::each::EachOf;
 use crate::error::{Error, Incompatible};
 use crate::geometry::Point;
 use crate::linear::{Direct, Krylov};
@@ -138,7 +139,7 @@ fn add_load<const D: usize>(
     match (&load.kind, sheet) {
         (LoadKind::Dead(Value::Constant(force)), _) => model.add(Pointwise::new(table, dead(force, &amplitude))),
         (LoadKind::Dead(value), _) => model.add(Pointwise::new(table, Varying { value: value.clone(), amplitude })),
-        (LoadKind::Total(force), _) => model.add(Pointwise::new(table, dead(&force.map(|f| f / measure), &amplitude))),
+        (LoadKind::Total(force), _) => model.add(Pointwise::new(table, dead(&force.each(|f| f / measure), &amplitude))),
         (LoadKind::Pressure(Value::Constant(pressure)), None) => {
             model.add(Pointwise::new(table, FollowerPressure { pressure: *pressure, amplitude }))
         }

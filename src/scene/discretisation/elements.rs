@@ -1,6 +1,7 @@
 //! A body by finite elements on the same lattice.
 
 use crate::cells::Zones;
+use crate::each::list_of;
 use crate::error::{BoundaryError, Error, GeometryError};
 use crate::shape::FiniteElements;
 use crate::table::ShapeTable;
@@ -70,7 +71,7 @@ pub(crate) fn elements<const D: usize>(
     };
     let loads = load_tables(definition, &elements, &tables)?;
     let Prescribed { equations, placed, ties } = definition.prescribed(&elements, None, refused)?;
-    let dilations = (0..cells.positions().len()).map(|node| cells.local_spacing(node)).collect();
+    let dilations = list_of(cells.positions().len(), |node| cells.local_spacing(node));
     let facets = FacetRule { parts: 1, gauss: points };
     let discrete_body =
         definition.discrete_body(body, Box::new(elements), Facets::OfElements { order, gauss: points }, dilations, 0);

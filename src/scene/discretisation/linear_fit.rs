@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix4, Vector4};
 
+use crate::each::{Each, point_of};
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
@@ -85,7 +86,7 @@ pub(super) fn linear_fits<const D: usize>(
             let own = inverse * term(node, scale) * weight(distance, node, scale);
             out.nodes.push(node);
             out.values.push(own[0]);
-            out.gradients.push(Point::from_fn(|i, _| own[i + 1] / scale));
+            out.gradients.push(point_of(|i| own[i + 1] / scale));
         }
         out.rcond = 1.0;
         Ok(())
@@ -106,5 +107,5 @@ fn closest<const D: usize>(of: &ShapeTable<D>, nodes: &[Point<D>]) -> Vec<f64> {
             }
         }
     }
-    nearest.iter().map(|own| own.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max)).collect()
+    nearest.mapped(|own| own.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max))
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::boundary::Constraints;
 use crate::cells::Cells;
+use crate::each::Each;
 use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Bounds, Part};
 use crate::linear::Krylov;
@@ -113,7 +114,7 @@ pub(crate) fn clocked<const D: usize>(scene: &Scene<D>, body: Body<D>) -> Result
     const LOOKS: usize = 64;
     let times = (0..=LOOKS).map(|k| clock.evaluate(k as f64 / LOOKS as f64).0);
     let times: Vec<f64> = match clock {
-        Amplitude::Table(pairs) => pairs.iter().map(|p| p.1).collect(),
+        Amplitude::Table(pairs) => pairs.mapped(|p| p.1),
         _ => times.collect(),
     };
     if !times.iter().all(|t| t.is_finite()) || times.windows(2).any(|w| w[1] < w[0]) {

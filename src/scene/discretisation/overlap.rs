@@ -1,5 +1,6 @@
 //! Bodies that lie in each other.
 
+use crate::each::Each;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::{Bounds, Point};
 
@@ -13,7 +14,7 @@ pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, all: &BodyCells<D>) -> Re
         return Ok(());
     }
     let fits = fits(scene, all);
-    let boxes: Vec<Bounds<D>> = all.iter().map(|(_, cells)| Bounds::of(cells.positions())).collect();
+    let boxes: Vec<Bounds<D>> = all.mapped(|(_, cells)| Bounds::of(cells.positions()));
     for (first, (_, cells)) in all.iter().enumerate() {
         for (second, (_, others)) in all.iter().enumerate() {
             let Bounds { low, high } = boxes[second];

@@ -1,6 +1,7 @@
 //! A body by reproducing kernel particles.
 
 use crate::cells::Zones;
+use crate::each::Each;
 use crate::error::Error;
 use crate::table::ShapeTable;
 use crate::term::Body;
@@ -20,7 +21,7 @@ pub(crate) fn particles<const D: usize>(
 ) -> Result<BuiltBody<D>, Error> {
     let BodyInput { scene, scheme, cells, .. } = definition;
     let (approximation, raised) = covering(scheme, &**cells)?;
-    let dilations = approximation.particles().supports().iter().map(|s| s.half_widths().max()).collect();
+    let dilations = approximation.particles().supports().mapped(|s| s.half_widths().max());
     let kinematics = &*scene.kinematics;
     let sharing = definition.sharing;
     let body = body_table(definition, &approximation).and_then(|(table, facets, field, zone)| {

@@ -8,6 +8,7 @@ use nalgebra::Matrix3;
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::{Cells, Lattice};
+use crate::each::Each;
 use crate::error::{ApproximationError, BoundaryError, Error, SolveError};
 use crate::geometry::{Point, all_padded};
 use crate::solve::{Analysis, State};
@@ -98,7 +99,7 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where none has it, with the names that there are.
     pub fn discrete_body(&self, name: &str) -> Result<&DiscreteBody<D>, Error> {
-        let known = || self.discrete_bodies.iter().map(DiscreteBody::name).collect::<Vec<_>>().join("; ");
+        let known = || self.discrete_bodies.mapped(DiscreteBody::name).join("; ");
         let unknown = || BoundaryError::UnknownBody { requested: name.to_string(), known: known() };
         Ok(self.discrete_bodies.iter().find(|discrete_body| discrete_body.name == name).ok_or_else(unknown)?)
     }

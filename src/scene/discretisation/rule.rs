@@ -1,6 +1,7 @@
 //! The integration rule of a scheme: the table of a body, its pressures, and the facets that agree with it.
 
 use crate::cells::{Cells, Lattice, Layout};
+use crate::each::EachOf;
 use crate::error::{Error, GeometryError, Incompatible};
 use crate::shape::Approximation;
 use crate::table::ShapeTable;
@@ -95,7 +96,7 @@ pub(crate) fn body_table<const D: usize>(
                     let along = lattice_of(cells, "integration zones")?.cell_counts();
                     let default = (0..D).map(|i| along[i].div_ceil(counts[i]) + 3).max().unwrap_or(5);
                     let points = points.unwrap_or(default);
-                    let lattice = Lattice::new(&**domain, counts.map(|z| z.saturating_add(1)), &Layout::Regular)?;
+                    let lattice = Lattice::new(&**domain, counts.each(|z| z.saturating_add(1)), &Layout::Regular)?;
                     (sharing.points(lattice.gauss(points)?), points)
                 }
                 (Some(_), _) => return Err(no_lattice("equal integration zones").into()),

@@ -6,6 +6,7 @@ use crate::assembly::{Model, Pattern};
 use crate::boundary::Constraints;
 use crate::cells::{Cells, Lattice, Layout};
 use crate::contact::Obstacle;
+use crate::each::{Each, array_of, point_of};
 use crate::error::{Error, Incompatible, LinearError, SolveError};
 use crate::geometry::{Bounds, Domain, Point};
 use crate::linear::{Auxiliary, Krylov, after_their_rows, multiplications, nested_dissection};
@@ -160,7 +161,7 @@ pub(crate) fn refuse<const D: usize>(
 /// Whether even steps of the unit cube are even steps of a domain, looked at in a few points.
 fn straight<const D: usize>(domain: &dyn Domain<D>) -> bool {
     let corner = domain.position(&Point::from([0.0; D]));
-    let edges: [_; D] = std::array::from_fn(|axis| {
+    let edges: [_; D] = array_of(|axis| {
         let mut unit = Point::from([0.0; D]);
         unit[axis] = 1.0;
         domain.position(&unit) - corner
@@ -168,7 +169,7 @@ fn straight<const D: usize>(domain: &dyn Domain<D>) -> bool {
     let size = edges.iter().map(|edge| edge.norm()).fold(0.0, f64::max);
     [[0.5; 3], [1.0; 3], [0.2, 0.7, 0.4], [0.9, 0.3, 0.6]].iter().all(|t| {
         let even = edges.iter().zip(t).fold(corner, |sum, (edge, t)| sum + edge * *t);
-        (domain.position(&Point::from_fn(|i, _| t[i.min(2)])) - even).norm() <= 1e-9 * size
+        (domain.position(&point_of(|i| t[i.min(2)])) - even).norm() <= 1e-9 * size
     })
 }
 
@@ -196,8 +197,8 @@ pub(crate) fn krylov<const D: usize>(
     equations: &Constraints,
     sharing: &Sharing,
 ) -> Result<Option<Krylov>, Error> {
-    let node = |x: &Point<D>| Point::<3>::from_fn(|i, _| if i < D { x[i] } else { 0.0 });
-    let nodes: Vec<Point<3>> = cells.positions().iter().map(node).collect();
+    let node = |x: &Point<D>| point_of::<3>(|i| if i < D { x[i] } else { 0.0 });
+    let nodes: Vec<Point<3>> = cells.positions().mapped(node);
     let preconditioner = scheme.solver.as_ref().and_then(|solver| solver.preconditioner(&nodes));
     if scheme.solver.is_some() && preconditioner.is_none() {
         // It takes the condensed system.
@@ -265,7 +266,7 @@ pub(crate) fn krylov<const D: usize>(
     }
     // Rows that move one component of particles in a neighbourhood; ties and motions of whole bodies hold none.
     let held = equations.equations().iter().filter(|equation| {
-        let sum: f64 = equation.entries.iter().map(|e| e.1).sum();
+        let sum: f64 = equation.entries.summed(|e| e.1);
         sum.abs() > 0.5 * equation.measure() && equation.entries.iter().all(|e| e.0 % D == equation.dependent % D)
     });
     let held = held.map(|equation| equation.dependent).collect();
@@ -350,13 +351,13 @@ impl Places {
                     places[lattice.node(index)][i] = index[i] as f64 / along[i] as f64;
                 }
             }
-            return Places { places, cells: std::array::from_fn(|i| along[i]) };
+            return Places { places, cells: array_of(|i| along[i]) };
         }
         let Bounds { low, high } = Bounds::of(positions);
         let spacing = (table.weights().iter().sum::<f64>() / positions.len() as f64).cbrt();
-        let cells = std::array::from_fn(|i| (((high[i] - low[i]) / spacing).round() as usize).max(1));
+        let cells = array_of(|i| (((high[i] - low[i]) / spacing).round() as usize).max(1));
         for (place, x) in places.iter_mut().zip(positions) {
-            *place = std::array::from_fn(|i| (x[i] - low[i]) / (high[i] - low[i]).max(f64::MIN_POSITIVE));
+            *place = array_of(|i| (x[i] - low[i]) / (high[i] - low[i]).max(f64::MIN_POSITIVE));
         }
         Places { places, cells }
     }

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::contact::{ContactError, Trace, chains};
+use crate::each::Each;
 use crate::error::{Error, OutputError};
 use crate::geometry::{Point, padded};
 use crate::output::Table;
@@ -147,7 +148,7 @@ impl<const D: usize> Problem<D> {
 
     fn contact_named(&self, name: &str) -> Result<&Contact, ContactError> {
         self.contacts.iter().find(|contact| contact.name == name).ok_or_else(|| {
-            let known: Vec<&str> = self.contacts.iter().map(|contact| contact.name.as_str()).collect();
+            let known: Vec<&str> = self.contacts.mapped(|contact| contact.name.as_str());
             ContactError::Unknown { requested: name.to_string(), known: known.join("; ") }
         })
     }
@@ -230,7 +231,7 @@ impl ContactState<3> {
             travel: padded(&self.travel),
             angle: self.angle,
             depth: self.depth,
-            points: self.points.iter().map(point).collect(),
+            points: self.points.mapped(point),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix3;
 
+use crate::each::{Each, EachOf};
 use crate::error::{ApproximationError, Error};
 use crate::geometry::{Point, unit};
 use crate::kinematics::Kinematics;
@@ -113,7 +114,7 @@ impl ProblemView<'_> {
         for (number, body) in self.bodies.iter().enumerate() {
             let (first, end) = (body.nodes().start, body.nodes().end);
             cells.extend(body.drawn().iter().map(|corners| {
-                let corners: Vec<usize> = corners.iter().map(|corner| first + corner).collect();
+                let corners: Vec<usize> = corners.mapped(|corner| first + corner);
                 vtk_cell(dim, &corners, &positions)
             }));
             of_body.resize(end, number as f64);
@@ -124,7 +125,7 @@ impl ProblemView<'_> {
             positions.extend_from_slice(&shape.points);
             displacements.extend(shape.displacements);
             cells.extend(shape.cells.iter().map(|corners| {
-                let corners: Vec<usize> = corners.iter().map(|corner| first + corner).collect();
+                let corners: Vec<usize> = corners.mapped(|corner| first + corner);
                 vtk_cell(dim, &corners, &positions)
             }));
             of_body.resize(positions.len(), (self.bodies.len() + number) as f64);
@@ -138,7 +139,7 @@ impl ProblemView<'_> {
             displacements.extend_from_slice(&surface.displacements);
             cells.extend(surface.facets.iter().map(|facet| match facet[..] {
                 [a, b, c] => VtkCell::Triangle([first + a, first + b, first + c]),
-                _ => VtkCell::Polygon(facet.iter().map(|corner| first + corner).collect()),
+                _ => VtkCell::Polygon(facet.mapped(|corner| first + corner)),
             }));
             of_body.resize(positions.len(), surface.body as f64);
             of_cell.resize(cells.len(), surface.body as i64);
@@ -182,7 +183,7 @@ fn volume_ratio(dim: usize, cell: &VtkCell, positions: &[Point<3>], current: &[P
     let corners = cell.corners();
     let volume = |x: &[Point<3>], corner: usize| {
         // Along axes that there are not, cells have the length 1.
-        let mut ways = [0, 1, 2].map(unit);
+        let mut ways = [0, 1, 2].each(unit);
         for (way, &other) in ways.iter_mut().zip(shape.neighbours()[corner]) {
             *way = x[corners[other]] - x[corners[corner]];
         }

@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use super::view::{BodyView, ProblemView};
 use crate::assembly::StateRef;
+use crate::each::{Each, list_of};
 use crate::geometry::{Disjoint, Point, RigidMode};
 use crate::linear::vector::dot;
 use crate::scene::Problem;
@@ -162,7 +163,7 @@ impl Motions {
             }
             all
         };
-        let motions: Vec<Vec<f64>> = (0..count).map(motion).collect();
+        let motions: Vec<Vec<f64>> = list_of(count, motion);
         let mut resistance = energies(problem, &motions, self.size);
         let mut see = |seen: &[f64]| {
             for a in 0..count {
@@ -172,7 +173,7 @@ impl Motions {
         for row in problem.equations.equations() {
             let scale = row.measure();
             let of = |r: &Vec<f64>| row.value(r) / scale;
-            see(&motions.iter().map(of).collect::<Vec<f64>>());
+            see(&motions.mapped(of));
         }
         let mut group_of = vec![None; positions.len()];
         for (group, nodes) in self.groups.iter().enumerate() {
@@ -185,7 +186,7 @@ impl Motions {
                 let counts = |group: Option<usize>| f64::from(u8::from(group == Some(number / m)));
                 along * (counts(own) - counts(other))
             };
-            see(&(0..count).map(seen).collect::<Vec<f64>>());
+            see(&list_of(count, seen));
         }
         (&resistance + resistance.transpose()) * 0.5
     }
@@ -194,7 +195,7 @@ impl Motions {
         let largest = parts.iter().copied().max_by(|v, w| v.abs().total_cmp(&w.abs())).unwrap_or(1.0);
         let part = |k: usize| parts[k] / largest;
         FreeMotion {
-            translation: (0..self.dim).map(part).collect(),
+            translation: list_of(self.dim, part),
             rotations: (self.dim..parts.len())
                 .map(|k| (self.modes[k].axis, self.modes[k].lower.unwrap_or(0), part(k)))
                 .collect(),
@@ -236,7 +237,7 @@ fn pieces(problem: &ProblemView<'_>, body: &dyn BodyView) -> Vec<Vec<usize>> {
 /// What a piece of a body is called: by the middle of its particles.
 fn piece_name(body: &str, piece: &[usize], problem: &ProblemView<'_>) -> String {
     let middle = piece.iter().map(|&node| problem.position(node)).sum::<Point<3>>() / piece.len() as f64;
-    let coordinates: Vec<String> = problem.cut(&middle).iter().map(|x| format!("{x:.4}")).collect();
+    let coordinates: Vec<String> = problem.cut(&middle).mapped(|x| format!("{x:.4}"));
     format!("the separate piece of {body} around X = ({})", coordinates.join(", "))
 }
 
@@ -254,7 +255,7 @@ fn energies(problem: &ProblemView<'_>, motions: &[Vec<f64>], size: f64) -> DMatr
         pattern.multiply_add(&system.values, motion, &mut force);
         force
     };
-    let forces: Vec<Vec<f64>> = motions.iter().map(forces).collect();
+    let forces: Vec<Vec<f64>> = motions.mapped(forces);
     let mut energies = DMatrix::from_fn(motions.len(), motions.len(), |a, b| dot(&motions[a], &forces[b]));
     let stiffest = system.values.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
     let mut scale = [stiffest * whole.node_count() as f64];

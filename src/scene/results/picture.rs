@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
 
+use crate::each::{Each, EachOf, list_of};
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::mesh::CellShape;
@@ -96,10 +97,10 @@ impl ProblemView<'_> {
             Field::Displacement => Vec::new(),
             Field::LargestStretch => {
                 let gradients = self.at_particles(&self.deformation_gradients(state));
-                gradients.iter().map(|f| f.singular_values().max()).collect()
+                gradients.mapped(|f| f.singular_values().max())
             }
-            Field::MisesStress => stresses()?.iter().map(von_mises).collect(),
-            Field::MeanStress => stresses()?.iter().map(mean).collect(),
+            Field::MisesStress => stresses()?.mapped(von_mises),
+            Field::MeanStress => stresses()?.mapped(mean),
         };
         let positions = &self.positions()[..displacements.len()];
         let mut drawn = Drawn::default();
@@ -131,16 +132,15 @@ impl ProblemView<'_> {
         for own in &self.bodies {
             let first = own.nodes().start;
             let of_body = faces.iter().filter(|face| own.nodes().contains(&face[0]));
-            let of_body: Vec<Vec<usize>> =
-                of_body.map(|face| face.iter().map(|corner| corner - first).collect()).collect();
+            let of_body: Vec<Vec<usize>> = of_body.map(|face| face.mapped(|corner| corner - first)).collect();
             let divided = Divided::new(&positions[own.nodes()], &of_body, parts);
             let functions = own.values_on(&divided.points, &divided.weights)?;
-            let mut moved: Vec<Point<3>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
+            let mut moved: Vec<Point<3>> = functions.mapped(|psi| own.weighted(psi, state));
             // The rim of a face that is bonded to a rigid body moves with it.
-            let rim = |ends: &[usize; 2]| bonded.contains(&ends.map(|corner| first + corner));
+            let rim = |ends: &[usize; 2]| bonded.contains(&ends.each(|corner| first + corner));
             for (line, _) in divided.lines.iter().zip(&divided.ends).filter(|(_, ends)| rim(ends)) {
                 let ends = [line[0], line[line.len() - 1]];
-                let [from, to] = ends.map(|end| rigid.get(&bits(&divided.points[end])).copied().unwrap_or(moved[end]));
+                let [from, to] = ends.each(|end| rigid.get(&bits(&divided.points[end])).copied().unwrap_or(moved[end]));
                 let part = |k: usize| k as f64 / (line.len() - 1) as f64;
                 line.iter().enumerate().for_each(|(k, &point)| moved[point] = from + (to - from) * part(k));
             }
@@ -164,9 +164,9 @@ impl ProblemView<'_> {
         let (mut points, mut faces, mut lines, mut values) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for own in &self.bodies {
             for cell in own.drawn() {
-                let ends: Vec<Point<3>> = cell.iter().map(|&end| own.particle(end)).collect();
+                let ends: Vec<Point<3>> = cell.mapped(|&end| own.particle(end));
                 let functions = own.values_at(&ends)?;
-                let moved: Vec<Point<3>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
+                let moved: Vec<Point<3>> = functions.mapped(|psi| own.weighted(psi, state));
                 let functions: Vec<_> = functions.into_iter().map(|psi| psi.shifted(own.nodes().start)).collect();
                 let start = points.len();
                 for part in 0..=AROUND {
@@ -214,7 +214,7 @@ fn faces_beside(
     let points = &shape.points[..];
     let mut own = contact_surface(dim, &shape.cells, points);
     let place = |corners: &[usize], x: &[Point<3>]| {
-        let mut place: Vec<[u64; 3]> = corners.iter().map(|&c| bits(&x[c])).collect();
+        let mut place: Vec<[u64; 3]> = corners.mapped(|&c| bits(&x[c]));
         place.sort_unstable();
         place
     };
@@ -284,9 +284,9 @@ impl Divided {
             let around = |face: &Vec<usize>| face.iter().chain(face.first()).copied().collect();
             return Divided {
                 points: points.to_vec(),
-                weights: (0..points.len()).map(|point| vec![(point, 1.0)]).collect(),
+                weights: list_of(points.len(), |point| vec![(point, 1.0)]),
                 faces: faces.to_vec(),
-                lines: faces.iter().map(around).collect(),
+                lines: faces.mapped(around),
                 ends: Vec::new(),
             };
         }
@@ -296,9 +296,9 @@ impl Divided {
         let mut edges: HashMap<[usize; 2], Vec<usize>> = HashMap::new();
         for face in faces {
             // From each corner to the next, both ends among the points.
-            let sides: Vec<Vec<usize>> = (0..face.len())
-                .map(|k| divided.side(points, [face[k], face[(k + 1) % face.len()]], parts, &mut corners, &mut edges))
-                .collect();
+            let sides: Vec<Vec<usize>> = list_of(face.len(), |k| {
+                divided.side(points, [face[k], face[(k + 1) % face.len()]], parts, &mut corners, &mut edges)
+            });
             match face.len() {
                 3 => divided.triangle(&sides, parts),
                 4 => divided.quadrilateral(&sides, parts),
@@ -325,7 +325,7 @@ impl Divided {
                     self.points.len() - 1
                 })
             };
-            let [from, to] = edge.map(&mut corner);
+            let [from, to] = edge.each(&mut corner);
             let side = self.between(from, to, parts);
             self.lines.push(side.clone());
             self.ends.push(edge);
@@ -409,10 +409,10 @@ fn contact_surface(dim: usize, cells: &[Vec<usize>], positions: &[Point<3>]) -> 
         let corners = cell.corners();
         let centre = corners.iter().map(|&c| positions[c]).sum::<Point<3>>() / corners.len() as f64;
         for face in shape.faces() {
-            let mut face: Vec<usize> = face.iter().map(|&k| corners[k]).collect();
+            let mut face: Vec<usize> = face.mapped(|&k| corners[k]);
             let mut key = face.clone();
             key.sort_unstable();
-            let [a, b, c] = [0, 1, face.len() - 1].map(|k| positions[face[k]]);
+            let [a, b, c] = [0, 1, face.len() - 1].each(|k| positions[face[k]]);
             if crate::mesh::spanned(&[b - a, c - a, a - centre]) < 0.0 {
                 face.reverse();
             }

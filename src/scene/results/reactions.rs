@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::assembly::Model;
 use crate::boundary::ConstraintEquation;
+use crate::each::{Each, list_of};
 use crate::error::{BoundaryError, Error, Invalid, SolveError};
 use crate::geometry::{Part, Point};
 use crate::output::{PvdCollection, Table};
@@ -54,7 +55,7 @@ fn reaction(dim: usize, rows: &[Reacting<'_>], state: &State) -> [f64; 3] {
 /// Each row with what a unit displacement of its nodes in a component prescribes.
 fn unit_motion(dim: usize, rows: &[Reacting<'_>], component: usize) -> Vec<(usize, f64)> {
     let sum = |row: &Reacting<'_>| row.entries(dim).filter(|entry| entry.1 == component).map(|entry| entry.2).sum();
-    rows.iter().map(|row| (row.number, sum(row))).collect()
+    rows.mapped(|row| (row.number, sum(row)))
 }
 
 /// The same for a unit turn about the line through a point along an axis, from the current positions; adds what changes the moment of the
@@ -385,7 +386,7 @@ impl<const D: usize> Problem<D> {
         let place = place.into();
         self.moment(state, place.clone(), about)?;
         let rows = self.rows(&place);
-        let mut parts: Vec<_> = (0..D).map(|component| unit_motion(D, &rows, component)).collect();
+        let mut parts: Vec<_> = list_of(D, |component| unit_motion(D, &rows, component));
         for axis in self.turns() {
             parts.push(unit_turn(&self.model, &rows, state, &about, axis, &mut vec![0.0; self.model.unknowns()]));
         }

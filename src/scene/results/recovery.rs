@@ -9,6 +9,7 @@ use nalgebra::{DVector, Matrix3, Vector3};
 
 use crate::assembly::{Model, Ranks};
 use crate::boundary::Constraints;
+use crate::each::{Each, list_of};
 use crate::error::{ApproximationError, Error};
 use crate::geometry::{Point, padded};
 use crate::parallel::map_with;
@@ -120,8 +121,8 @@ fn recovered<'a>(problem: &ProblemView<'a>, state: &'a State) -> Result<Vec<Body
 impl<'a> BodyStress<'a> {
     fn new(problem: &ProblemView<'a>, number: usize, state: &'a State) -> Result<Self, Error> {
         let recovery = Recovery::new(problem, number, state)?;
-        let fits = recovery.clusters.iter().map(|_| OnceLock::new()).collect();
-        let misses = recovery.facets.iter().map(|_| OnceLock::new()).collect();
+        let fits = recovery.clusters.mapped(|_| OnceLock::new());
+        let misses = recovery.facets.mapped(|_| OnceLock::new());
         Ok(BodyStress { recovery, fits, misses })
     }
 
@@ -376,7 +377,7 @@ impl<'a> Recovery<'a> {
             }
         }
         let gradients = body.settled_gradients(number, state);
-        let mut jacobians: Vec<f64> = gradients.iter().map(Matrix3::determinant).collect();
+        let mut jacobians: Vec<f64> = gradients.mapped(Matrix3::determinant);
         let mut stresses = body.stresses(number, state);
         let mut thickness = Vec::new();
         if body.is_sheet() {
@@ -385,11 +386,11 @@ impl<'a> Recovery<'a> {
             let across: Vec<Matrix3<f64>> = gradients.iter().enumerate().map(across).collect();
             stresses.iter_mut().zip(&across).for_each(|(stress, stretch)| *stress *= stretch[(0, 0)]);
             jacobians.iter_mut().zip(&across).for_each(|(j, stretch)| *j /= stretch[(0, 0)]);
-            thickness = body.at_particles(&across, problem.model.ranks()).iter().map(|mean| mean[(0, 0)]).collect();
+            thickness = body.at_particles(&across, problem.model.ranks()).mapped(|mean| mean[(0, 0)]);
         } else {
             components.extend((dim..3).map(|k| (k, k)));
         }
-        let places: Vec<Point<3>> = (0..stresses.len()).map(|point| body.point(point)).collect();
+        let places: Vec<Point<3>> = list_of(stresses.len(), |point| body.point(point));
         let current = moved_in(body, state, &places)?;
         let mut recovery = Recovery {
             model: problem.model,

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Rotation3, SMatrix};
 
+use crate::each::{Each, list_of};
 use crate::error::{BoundaryError, Error};
 use crate::geometry::{Point, all_padded, padded};
 use crate::solve::State;
@@ -50,7 +51,7 @@ impl<const D: usize> Problem<D> {
                 for x in mesh.points() {
                     displacements.push(padded(&frame.displacement(x, &state.displacement)));
                 }
-                let cells = (0..mesh.cell_count()).map(|cell| mesh.lattice_corners(cell)).collect();
+                let cells = list_of(mesh.cell_count(), |cell| mesh.lattice_corners(cell));
                 shapes.push(RigidShape { points, cells, displacements });
             }
         }
@@ -66,7 +67,7 @@ impl<const D: usize> Problem<D> {
     pub fn rigid_motion(&self, state: &State, name: &str) -> Result<RigidMotion<D>, Error> {
         self.check_length(state)?;
         let Some(frame) = self.frames.iter().find(|frame| frame.name == name) else {
-            let known = self.frames.iter().map(|frame| frame.name.as_str()).collect::<Vec<_>>().join("; ");
+            let known = self.frames.mapped(|frame| frame.name.as_str()).join("; ");
             return Err(BoundaryError::UnknownBody { requested: name.to_string(), known }.into());
         };
         let rotation = SMatrix::identity() + frame.gradient(&state.displacement);

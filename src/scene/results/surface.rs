@@ -3,6 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::view::ProblemView;
+use crate::each::Each;
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::shape::ShapeFunctions;
@@ -25,7 +26,7 @@ impl DrawnSurface {
         let at = |psi: &ShapeFunctions<3>| {
             psi.nodes.iter().zip(&psi.values).map(|(n, v)| at_particles[*n as usize] * *v).sum()
         };
-        self.functions.iter().map(at).collect()
+        self.functions.mapped(at)
     }
 }
 
@@ -36,7 +37,7 @@ impl ProblemView<'_> {
         for (body, own) in self.bodies.iter().enumerate() {
             let Some((points, facets)) = own.drawn_surface() else { continue };
             let functions = own.values_at(&points)?;
-            let displacements = functions.iter().map(|psi| own.weighted(psi, state)).collect();
+            let displacements = functions.mapped(|psi| own.weighted(psi, state));
             let functions = functions.into_iter().map(|psi| psi.shifted(own.nodes().start)).collect();
             found.push(DrawnSurface { body, points, displacements, facets, functions });
         }

@@ -7,6 +7,7 @@ use nalgebra::Matrix3;
 
 use crate::assembly::{Model, Ranks};
 use crate::boundary::Constraints;
+use crate::each::{Each, list_of};
 use crate::error::{ApproximationError, Error};
 use crate::geometry::{Point, all_padded, cut, padded};
 use crate::material::Material;
@@ -35,7 +36,7 @@ impl SurfaceRule {
     /// Particles of the body whose functions act at a point, by trace functions where there are some.
     pub(super) fn owners(&self, point: usize, psi: &ShapeFunctions<3>) -> Vec<usize> {
         if let Some(traces) = &self.traces {
-            return traces[point].iter().map(|&(node, _)| node as usize).collect();
+            return traces[point].mapped(|&(node, _)| node as usize);
         }
         let seen = psi.nodes.iter().zip(&psi.values).filter(|(_, value)| value.abs() > 1e-9);
         seen.map(|(&node, _)| node as usize).collect()
@@ -318,7 +319,7 @@ impl dyn BodyView + '_ {
     /// Deformation gradients at the points of the body's table, in a sheet with the thickness that its history leaves.
     pub(super) fn settled_gradients(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
         let Some(view) = state.view(number) else { return Vec::new() };
-        (0..self.weights().len()).map(|point| self.deformation_in(point, view)).collect()
+        list_of(self.weights().len(), |point| self.deformation_in(point, view))
     }
 
     /// Cauchy stresses at the points of the body's table; `number` is that of its term.
@@ -340,7 +341,7 @@ impl dyn BodyView + '_ {
     /// [`Problem::at_particles`](crate::scene::Problem::at_particles).
     pub(super) fn at_particles(&self, values: &[Matrix3<f64>], ranks: Option<&dyn Ranks>) -> Vec<Matrix3<f64>> {
         let (nodes, dim) = (self.nodes(), self.dim());
-        let spacings: Vec<Point<3>> = (0..nodes.len()).map(|particle| self.spacings(particle)).collect();
+        let spacings: Vec<Point<3>> = list_of(nodes.len(), |particle| self.spacings(particle));
         let mut sums = vec![(0.0, Matrix3::zeros()); nodes.len()];
         for (point, value) in values.iter().enumerate() {
             let (x, weight) = (self.point(point), self.weights()[point]);
@@ -397,7 +398,7 @@ impl<const D: usize> Problem<D> {
 impl ProblemView<'_> {
     /// Positions of all nodes.
     pub(super) fn positions(&self) -> Vec<Point<3>> {
-        (0..self.model.node_count()).map(|node| self.position(node)).collect()
+        list_of(self.model.node_count(), |node| self.position(node))
     }
 
     pub(super) fn position(&self, node: usize) -> Point<3> {

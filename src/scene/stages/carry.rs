@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::boundary::{ConstraintEquation, Constraints};
+use crate::each::Each;
 use crate::error::{Error, Incompatible};
 use crate::linear::vector::dot;
 use crate::scene::Problem;
@@ -123,10 +124,10 @@ fn begin_at(equations: &mut Constraints, displacement: &[f64]) {
 
 /// The multipliers that leave least of forces, $\min_\mu|f + G^T\mu|$, by conjugate gradients on $GG^T$ from zero.
 fn carried(equations: &[ConstraintEquation], forces: &[f64]) -> Vec<f64> {
-    let rows = |x: &[f64]| -> Vec<f64> { equations.iter().map(|equation| equation.value(x)).collect() };
+    let rows = |x: &[f64]| -> Vec<f64> { equations.mapped(|equation| equation.value(x)) };
     let mut left = forces.to_vec();
     let mut multipliers = vec![0.0; equations.len()];
-    let mut along: Vec<f64> = rows(&left).iter().map(|r| -r).collect();
+    let mut along: Vec<f64> = rows(&left).mapped(|r| -r);
     let mut step = along.clone();
     let mut size = dot(&along, &along);
     let first = size;
@@ -141,7 +142,7 @@ fn carried(equations: &[ConstraintEquation], forces: &[f64]) -> Vec<f64> {
         let part = size / dot(&change, &change);
         left.iter_mut().zip(&change).for_each(|(left, change)| *left += part * change);
         multipliers.iter_mut().zip(&step).for_each(|(multiplier, step)| *multiplier += part * step);
-        along = rows(&left).iter().map(|r| -r).collect();
+        along = rows(&left).mapped(|r| -r);
         let next = dot(&along, &along);
         let ratio = next / size;
         step.iter_mut().zip(&along).for_each(|(step, along)| *step = along + ratio * *step);

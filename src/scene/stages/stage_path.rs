@@ -1,5 +1,6 @@
 //! What a stage has come to.
 
+use crate::each::Each;
 use crate::error::Error;
 use crate::output::{PvdCollection, Table};
 use crate::scene::Problem;
@@ -21,7 +22,7 @@ pub struct StagePath<const D: usize> {
 /// # Errors
 /// As [`Problem::history`].
 pub fn history<const D: usize>(stages: &[StagePath<D>]) -> Result<Table, Error> {
-    let each = stages.iter().map(|stage| stage.problem.history(&stage.path)).collect::<Result<Vec<_>, _>>()?;
+    let each = stages.try_mapped(|stage| stage.problem.history(&stage.path))?;
     let mut header = vec!["stage".to_string()];
     for name in each.iter().flat_map(|table| &table.header) {
         if !header.contains(name) {
@@ -30,8 +31,7 @@ pub fn history<const D: usize>(stages: &[StagePath<D>]) -> Result<Table, Error> 
     }
     let mut whole = Table::new(header.clone());
     for (number, table) in each.iter().enumerate() {
-        let places: Vec<Option<usize>> =
-            header.iter().map(|name| table.header.iter().position(|own| own == name)).collect();
+        let places: Vec<Option<usize>> = header.mapped(|name| table.header.iter().position(|own| own == name));
         for values in &table.rows {
             let value = |(k, place): (usize, &Option<usize>)| match place {
                 Some(place) => values[*place].clone(),

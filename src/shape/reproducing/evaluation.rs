@@ -1,6 +1,7 @@
 //! Evaluation of the functions at a point.
 
 use crate::basis::Basis;
+use crate::each::point_of;
 use crate::error::ApproximationError;
 use crate::geometry::Point;
 use crate::kernel::Kernel;
@@ -64,7 +65,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         if gradients {
             let slopes = &scratch.sums.slopes;
             out.gradients.clear();
-            out.gradients.extend((0..covering).map(|a| Point::from_fn(|k, _| slopes[k * stride + a])));
+            out.gradients.extend((0..covering).map(|a| point_of(|k| slopes[k * stride + a])));
         }
         Ok(())
     }
@@ -234,7 +235,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
                     Form::Parallelepiped(place) => {
                         let inverse = &self.inverse_axes[place as usize];
                         let xi = inverse * offsets[a];
-                        let slopes = inverse.tr_mul(&Point::<D>::from_fn(|k, _| by_place(k, sign(xi[k]))));
+                        let slopes = inverse.tr_mul(&point_of::<D>(|k| by_place(k, sign(xi[k]))));
                         for k in 0..D {
                             sums.slopes[k * stride + a] = slopes[k];
                         }
@@ -290,8 +291,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> Approximation<D> for ReproducingKer
         }
         let touches = |particle: u32| {
             let Reach { position, inverse, form } = self.reaches[particle as usize];
-            let gap =
-                Point::<D>::from_fn(|k, _| (low[k] - position[k]).max(position[k] - high[k]).max(0.0) * inverse[k]);
+            let gap = point_of::<D>(|k| (low[k] - position[k]).max(position[k] - high[k]).max(0.0) * inverse[k]);
             match form {
                 Form::Ball => gap.norm() < EDGE,
                 _ => gap.iter().fold(true, |inside, gap| inside & (*gap < EDGE)),

@@ -2,6 +2,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Vector3};
 
+use crate::each::Each;
 use crate::geometry::Point;
 
 use super::{EQUILIBRIUM, Facet, Fit, RIDGE, Recovery, length, terms};
@@ -181,7 +182,7 @@ impl Recovery<'_> {
             return;
         }
         let facets = &self.facets_of[node];
-        let area: f64 = facets.iter().map(|&f| self.facets[f as usize].weight).sum();
+        let area: f64 = facets.summed(|&f| self.facets[f as usize].weight);
         for &facet in facets {
             let Facet { current, weight, area: normal, traction, known, .. } = &self.facets[facet as usize];
             let terms = terms(dim, centre, scale, current).values;

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
+use crate::each::{EachOf, array_of, point_of};
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::solve::State;
@@ -45,7 +46,7 @@ impl Recovery<'_> {
             at.entry(key(&(x / size), n)).or_default().push(facet);
         }
         let find = |x: &Vector3<f64>, n: &Vector3<f64>| {
-            let [x, n] = [x, n].map(|v| Point::from_fn(|i, _| if i < dim { v[i] } else { 0.0 }));
+            let [x, n] = [x, n].each(|v| point_of(|i| if i < dim { v[i] } else { 0.0 }));
             let near = at.get(&key(&(x / size), &n))?;
             near.iter().copied().find(|&facet| exact(&points.positions[facet], &x, size))
         };
@@ -146,7 +147,7 @@ impl Recovery<'_> {
             if owners.iter().any(|&node| tied[node]) || owners.iter().all(|&node| self.obscure[node]) {
                 continue;
             }
-            let known = std::array::from_fn(|i| i < dim && !owners.iter().all(|&node| held[node * dim + i]));
+            let known = array_of(|i| i < dim && !owners.iter().all(|&node| held[node * dim + i]));
             if !known.contains(&true) {
                 continue;
             }

@@ -1,0 +1,108 @@
+//! Lists, arrays and sums of the values of a function, made in plain loops.
+//!
+//! `iter().map(f).collect()` compiles a dozen functions of the standard library for each closure, 350 lines of LLVM's input, and
+//! `[T; N]::map` 250 of them, in generic code once for each dimension: what is here is one function of some 40.
+
+use crate::geometry::Point;
+
+/// Values of a function of each item.
+pub(crate) trait Each<T> {
+    fn mapped<'a, U>(&'a self, f: impl FnMut(&'a T) -> U) -> Vec<U>
+    where
+        T: 'a;
+
+    /// All values, or the first error.
+    fn try_mapped<'a, U, E>(&'a self, f: impl FnMut(&'a T) -> Result<U, E>) -> Result<Vec<U>, E>
+    where
+        T: 'a;
+
+    fn summed<'a>(&'a self, f: impl FnMut(&'a T) -> f64) -> f64
+    where
+        T: 'a;
+}
+
+impl<T> Each<T> for [T] {
+    fn mapped<'a, U>(&'a self, mut f: impl FnMut(&'a T) -> U) -> Vec<U> {
+        let mut values = room(self.len());
+        for item in self {
+            values.push(f(item));
+        }
+        values
+    }
+
+    fn try_mapped<'a, U, E>(&'a self, mut f: impl FnMut(&'a T) -> Result<U, E>) -> Result<Vec<U>, E> {
+        let mut values = room(self.len());
+        for item in self {
+            values.push(f(item)?);
+        }
+        Ok(values)
+    }
+
+    fn summed<'a>(&'a self, mut f: impl FnMut(&'a T) -> f64) -> f64 {
+        let mut sum = ZERO;
+        for item in self {
+            sum += f(item);
+        }
+        sum
+    }
+}
+
+/// Values of a function of each item of an array that is not empty.
+pub(crate) trait EachOf<T, const N: usize> {
+    fn each<U: Copy>(self, f: impl FnMut(T) -> U) -> [U; N];
+}
+
+impl<T: Copy, const N: usize> EachOf<T, N> for [T; N] {
+    fn each<U: Copy>(self, mut f: impl FnMut(T) -> U) -> [U; N] {
+        let mut values = [f(self[0]); N];
+        for i in 1..N {
+            values[i] = f(self[i]);
+        }
+        values
+    }
+}
+
+/// Values of a function of 0, 1, …
+pub(crate) fn list_of<U>(count: usize, mut f: impl FnMut(usize) -> U) -> Vec<U> {
+    let mut values = room(count);
+    for i in 0..count {
+        values.push(f(i));
+    }
+    values
+}
+
+/// The sum of a function of 0, 1, …
+pub(crate) fn sum_of(count: usize, mut f: impl FnMut(usize) -> f64) -> f64 {
+    let mut sum = ZERO;
+    for i in 0..count {
+        sum += f(i);
+    }
+    sum
+}
+
+/// An array, not an empty one, of values of a function of 0, 1, …
+pub(crate) fn array_of<U: Copy, const N: usize>(mut f: impl FnMut(usize) -> U) -> [U; N] {
+    let mut values = [f(0); N];
+    for i in 1..N {
+        values[i] = f(i);
+    }
+    values
+}
+
+/// A point by its components.
+pub(crate) fn point_of<const D: usize>(mut f: impl FnMut(usize) -> f64) -> Point<D> {
+    let mut x = Point::zeros();
+    for i in 0..D {
+        x[i] = f(i);
+    }
+    x
+}
+
+/// A list with room for so many values. Not inlined: closures have a function each, lists of one type have this one together.
+#[inline(never)]
+fn room<U>(count: usize) -> Vec<U> {
+    Vec::with_capacity(count)
+}
+
+/// What the standard library begins a sum with: a sum of nothing but negative zeros is one.
+const ZERO: f64 = -0.0;
