@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use crate::each::Each;
+#[cfg(feature = "chart")]
 use crate::order;
 use crate::output::{Cell, Table};
 use crate::scene::Problem;

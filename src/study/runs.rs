@@ -1,10 +1,9 @@
 //! The runs of a study: their table, front and chart.
 
 #[cfg(feature = "chart")]
-#[cfg(feature = "chart")]
 use crate::each::Each;
-#[cfg(feature = "chart")]
 use crate::order;
+#[cfg(feature = "chart")]
 use crate::output::chart::{Chart, Colour, Marker, Series, Stroke};
 use crate::output::{Cell, Table};
 
