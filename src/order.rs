@@ -21,6 +21,25 @@ pub(crate) fn sort<T>(items: &mut [T], compare: &dyn Fn(&T, &T) -> Ordering) {
     }
 }
 
+/// Numbers of items, those of one key together: groups by rising key, each in the order of the items.
+pub(crate) fn grouped<K: Ord>(keys: &[K]) -> Vec<Vec<usize>> {
+    let mut order: Vec<usize> = (0..keys.len()).collect();
+    sort_numbers(&mut order, &|a, b| keys[a].cmp(&keys[b]).then(a.cmp(&b)));
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for number in order {
+        match groups.last_mut() {
+            Some(group) if keys[group[0]] == keys[number] => group.push(number),
+            _ => groups.push(vec![number]),
+        }
+    }
+    groups
+}
+
+/// Moves the lower half of some numbers before the others, by a comparison.
+pub(crate) fn halve(numbers: &mut [u32], compare: &dyn Fn(u32, u32) -> Ordering) {
+    numbers.select_nth_unstable_by(numbers.len() / 2, |&a, &b| compare(a, b));
+}
+
 /// Values by rising key, those of one key summed in the order in which they stand.
 pub(crate) fn merged<K: Ord + Copy>(mut values: Vec<(K, f64)>) -> Vec<(K, f64)> {
     sort(&mut values, &|a, b| a.0.cmp(&b.0));

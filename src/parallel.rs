@@ -45,7 +45,9 @@ fn in_parts<T: Send>(count: usize, length: usize, fill: &(dyn Fn(Range<usize>, &
         return results;
     }
     let mut parts: Vec<Vec<T>> = Vec::new();
-    parts.resize_with(count.div_ceil(length), Vec::new);
+    for _ in 0..count.div_ceil(length) {
+        parts.push(Vec::new());
+    }
     for_each_mut(&mut parts, |part, own| {
         let range = part * length..count.min((part + 1) * length);
         own.reserve_exact(range.len());

@@ -1,11 +1,10 @@
 //! Where too few particles cover the body.
 
-use std::collections::{BTreeMap, HashMap};
-
 use crate::cells::Cells;
-use crate::each::Each;
+use crate::each::{Each, list_of};
 use crate::error::{Error, GeometryError};
 use crate::geometry::{Bounds, Disjoint, Point};
+use crate::order;
 use crate::paper::Cover;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 
@@ -84,14 +83,17 @@ fn joined<const D: usize>(gaps: &[Gap<D>], particles: usize) -> Vec<UncoveredReg
             sets.join(pair[0], pair[1]);
         }
     }
-    let mut regions: BTreeMap<usize, (Vec<usize>, Bounds<D>)> = BTreeMap::new();
-    let mut first = HashMap::new();
-    for (number, Gap { cell, corners, lost }) in gaps.iter().enumerate() {
-        let number = corners.first().map_or(number, |&corner| *first.entry(sets.leader(corner)).or_insert(number));
-        let (cells, bounds) = regions.entry(number).or_insert_with(|| (Vec::new(), Bounds::none()));
-        cells.push(*cell);
-        *bounds = bounds.join(&Bounds::of(lost));
-    }
-    let ends = |Bounds { low, high }: Bounds<D>| [low, high].map(|end| end.as_slice().to_vec());
-    regions.into_values().map(|(cells, bounds)| UncoveredRegion { cells, bounds: ends(bounds) }).collect()
+    // Cells without corners are regions of their own.
+    let leaders = list_of(gaps.len(), |number| match gaps[number].corners.first() {
+        Some(&corner) => sets.leader(corner),
+        None => particles + number,
+    });
+    let mut regions = order::grouped(&leaders).mapped(|numbers| {
+        let lost = numbers.iter().flat_map(|&number| &gaps[number].lost);
+        let Bounds { low, high } = Bounds::of(lost);
+        let bounds = [low.as_slice().to_vec(), high.as_slice().to_vec()];
+        UncoveredRegion { cells: numbers.mapped(|&number| gaps[number].cell), bounds }
+    });
+    order::sort(&mut regions, &|a, b| a.cells[0].cmp(&b.cells[0]));
+    regions
 }

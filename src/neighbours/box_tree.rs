@@ -2,6 +2,7 @@
 
 use crate::each::{Each, EachOf};
 use crate::geometry::{Bounds, Point};
+use crate::order;
 
 /// Boxes in a leaf, which are looked at one by one.
 pub(crate) const LEAF: usize = 8;
@@ -43,8 +44,7 @@ impl<const D: usize> BoxTree<D> {
             parts[part] = around;
             if high - low > LEAF {
                 let axis = middles.extent().imax();
-                let along = |a: &u32, b: &u32| middle(*a)[axis].total_cmp(&middle(*b)[axis]);
-                numbers[low..high].select_nth_unstable_by((high - low) / 2, along);
+                order::halve(&mut numbers[low..high], &|a, b| middle(a)[axis].total_cmp(&middle(b)[axis]));
                 open.extend(halves((part, low, high)));
             }
         }

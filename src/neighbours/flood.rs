@@ -38,9 +38,11 @@ struct Ends {
 }
 
 impl Ends {
-    fn fill(&mut self, ends: impl Iterator<Item = f64>) {
+    fn fill(&mut self, boxes: usize, end: &dyn Fn(usize) -> f64) {
         self.values.clear();
-        self.values.extend(ends.enumerate().map(|(bit, end)| (end, 1 << bit)));
+        for bit in 0..boxes {
+            self.values.push((end(bit), 1 << bit));
+        }
         self.values.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         self.values.dedup_by(|next, kept| {
             let is_same = next.0 == kept.0;
@@ -77,14 +79,14 @@ pub(crate) struct Flood {
 
 impl Flood {
     /// The goals, at most [`GOALS`], one of whose cells is connected to one of the first ones through faces that meet the goal's box.
-    pub(crate) fn reached<'a, const D: usize>(
+    pub(crate) fn reached<const D: usize>(
         &mut self,
         cells: &dyn Adjacent<D>,
         start: &[u32],
-        goals: impl ExactSizeIterator<Item = Goal<'a, D>> + Clone,
+        goals: &[Goal<'_, D>],
     ) -> u64 {
         let all = u64::MAX.checked_shr(GOALS.saturating_sub(goals.len()) as u32).unwrap_or(0);
-        self.begin(cells.count(), goals);
+        self.begin(cells.count(), &goals[..goals.len().min(GOALS)]);
         let Flood { met, number, open, low, high, .. } = self;
         let mut found = 0;
         for &cell in start {
@@ -130,7 +132,7 @@ impl Flood {
         found
     }
 
-    fn begin<'a, const D: usize>(&mut self, count: usize, goals: impl Iterator<Item = Goal<'a, D>> + Clone) {
+    fn begin<const D: usize>(&mut self, count: usize, goals: &[Goal<'_, D>]) {
         self.met.resize(count.max(self.met.len()), Met::default());
         self.number = self.number.wrapping_add(1);
         if self.number == 0 {
@@ -139,11 +141,13 @@ impl Flood {
         }
         self.open.clear();
         for i in 0..D {
-            self.low[i].fill(goals.clone().take(GOALS).map(|goal| goal.within.low[i]));
-            self.high[i].fill(goals.clone().take(GOALS).map(|goal| -goal.within.high[i]));
+            self.low[i].fill(goals.len(), &|goal| goals[goal].within.low[i]);
+            self.high[i].fill(goals.len(), &|goal| -goals[goal].within.high[i]);
         }
-        for (bit, goal) in goals.take(GOALS).enumerate() {
-            goal.cells.iter().for_each(|&cell| known(&mut self.met, cell, self.number).goals |= 1 << bit);
+        for (bit, goal) in goals.iter().enumerate() {
+            for &cell in goal.cells {
+                known(&mut self.met, cell, self.number).goals |= 1 << bit;
+            }
         }
     }
 }

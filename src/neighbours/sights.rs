@@ -6,6 +6,7 @@
 
 use std::collections::HashMap;
 
+use crate::each::Each;
 use crate::geometry::{Bounds, Point};
 
 use super::flood::{Flood, GOALS, Goal};
@@ -179,15 +180,15 @@ impl<const D: usize> Sights<D> {
         let start = [cell];
         // The part that all boxes have in common, and the box around all of them.
         let common = |x: &Point<D>| Bounds { low: high.inf(x), high: low.sup(x) };
-        keep_unreached(flood, cells, &start, (targets, asked), common, |number| {
+        keep_unreached(flood, cells, &start, (targets, asked), &common, &mut |number| {
             answers.push((particle(number), Seen::Everywhere));
         });
         let around = |x: &Point<D>| Bounds { low: low.inf(x), high: high.sup(x) };
-        keep_unreached(flood, cells, &start, (targets, asked), around, |number| {
+        keep_unreached(flood, cells, &start, (targets, asked), &around, &mut |number| {
             answers.push((particle(number), Seen::Somewhere));
         });
         answers.extend(asked.iter().map(|&number| (particle(number), Seen::Nowhere)));
-        answers.sort_unstable_by_key(|own| own.0);
+        sort(answers);
     }
 
     /// Answers what is still open by a flood from the point.
@@ -197,8 +198,13 @@ impl<const D: usize> Sights<D> {
             return open.iter().for_each(|&number| seen[number as usize] = true);
         }
         let own = |x: &Point<D>| Bounds { low: from.inf(x), high: from.sup(x) };
-        keep_unreached(flood, cells, start, (targets, open), own, |number| seen[number as usize] = true);
+        keep_unreached(flood, cells, start, (targets, open), &own, &mut |number| seen[number as usize] = true);
     }
+}
+
+/// Sorts answers by particle.
+fn sort(answers: &mut [(u32, Seen)]) {
+    answers.sort_unstable_by_key(|own| own.0);
 }
 
 /// What is known of a particle.
@@ -213,8 +219,8 @@ fn keep_unreached<const D: usize>(
     cells: &dyn Adjacent<D>,
     start: &[u32],
     (targets, asked): (&[Target<D>], &mut Vec<u32>),
-    corners: impl Fn(&Point<D>) -> Bounds<D>,
-    mut reached: impl FnMut(u32),
+    corners: &dyn Fn(&Point<D>) -> Bounds<D>,
+    reached: &mut dyn FnMut(u32),
 ) {
     let mut kept = 0;
     for first in (0..asked.len()).step_by(GOALS) {
@@ -224,7 +230,7 @@ fn keep_unreached<const D: usize>(
             let Bounds { low, high } = corners(&position);
             Goal { cells: cells.around(particle), within: Bounds { low: low - margin, high: high + margin } }
         };
-        let found = flood.reached(cells, start, asked[first..last].iter().map(goal));
+        let found = flood.reached(cells, start, &asked[first..last].mapped(goal));
         for place in first..last {
             let number = asked[place];
             if (found >> (place - first)) & 1 == 1 {

@@ -9,6 +9,7 @@ use nalgebra::SMatrix;
 
 use crate::each::{Each, list_of, point_of};
 use crate::geometry::{Bounds, Point};
+use crate::order;
 use crate::particles::Particles;
 use crate::tensor::small_inverse;
 
@@ -177,13 +178,21 @@ pub(crate) struct Visibility<const D: usize> {
 
 /// Boundary facets, by middle and outward unit normal: one for all that look alike in a cube of a side.
 fn merged<const D: usize>(facets: &[(Point<D>, Point<D>)], side: f64) -> Vec<(Point<D>, Point<D>)> {
-    let mut alike: BTreeMap<Vec<i64>, (Point<D>, Point<D>, f64)> = BTreeMap::new();
-    for (x, n) in facets {
-        let key = x.iter().map(|x| (x / side).floor() as i64).chain(n.iter().map(|n| n.round() as i64)).collect();
-        let (position, normal, count) = alike.entry(key).or_insert((Point::<D>::zeros(), Point::<D>::zeros(), 0.0));
-        (*position, *normal, *count) = (*position + x, *normal + n, *count + 1.0);
-    }
-    alike.into_values().map(|(x, n, count)| (x / count, n.normalize())).collect()
+    let keys = facets.mapped(|(x, n)| {
+        let mut key = [0; 6];
+        for i in 0..D {
+            (key[i], key[D + i]) = ((x[i] / side).floor() as i64, n[i].round() as i64);
+        }
+        key
+    });
+    order::grouped(&keys).mapped(|alike| {
+        let (mut position, mut normal) = (Point::<D>::zeros(), Point::<D>::zeros());
+        for &facet in alike {
+            position += facets[facet].0;
+            normal += facets[facet].1;
+        }
+        (position / alike.len() as f64, normal.normalize())
+    })
 }
 
 /// The particles whose supports hold boundary facets that face each other.
