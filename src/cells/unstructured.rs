@@ -102,18 +102,21 @@ impl<const D: usize> Unstructured<D> {
     /// Where faces are shared by more than two cells, or two nodes are at one place.
     pub fn new(mesh: &Mesh<D>) -> Result<Self, Error> {
         let faces = Faces::new(mesh)?;
-        let cells = 0..mesh.cell_count();
-        let sharing = cells.clone().map(|cell| mesh.cell(cell).1.iter().copied());
-        let around = Graph::sharing(mesh.points().len(), sharing);
+        let around = Graph::sharing(mesh.points().len(), &list_of(mesh.cell_count(), |cell| mesh.cell(cell).1));
         let mut on_boundary = vec![false; mesh.points().len()];
-        for &node in faces.boundary().flat_map(|face| faces.corners(face)) {
-            on_boundary[node as usize] = true;
+        for face in faces.boundary() {
+            for &node in faces.corners(face) {
+                on_boundary[node as usize] = true;
+            }
         }
-        let edges = cells.flat_map(|cell| {
+        let mut edges = Vec::new();
+        for cell in 0..mesh.cell_count() {
             let (shape, corners) = mesh.cell(cell);
-            shape.edges().iter().map(|edge| edge.each(|k| corners[k]).into_iter())
-        });
-        let edges = Graph::sharing(mesh.points().len(), edges);
+            for edge in shape.edges() {
+                edges.push(edge.each(|k| corners[k]));
+            }
+        }
+        let edges = Graph::sharing(mesh.points().len(), &edges.mapped(|edge| &edge[..]));
         let spacings = smoothed_spacings(mesh.points(), &edges);
         let cells =
             Unstructured { mesh: mesh.clone(), faces, around, on_boundary, spacings, locator: Locator::default() };
@@ -230,7 +233,7 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
             let others = around.filter(move |&(other, _)| other != faces::NONE && other as usize != cell);
             Box::new(others.map(|(other, face)| (other, self.faces.measure(self.mesh.points(), face))))
         };
-        stars(&cells, &self.around, &self.on_boundary, size, beside)
+        stars(&cells, &self.around, &self.on_boundary, size, &beside)
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<D>, GeometryError> {

@@ -1,7 +1,6 @@
 //! Zones of cells that share a pressure: any, those of lattices and those of triangles.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::ops::AddAssign;
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
@@ -30,20 +29,32 @@ pub(super) fn free_corners<const D: usize>(
     free: &dyn Fn(usize) -> f64,
 ) -> Vec<ZoneParticles<D>> {
     let of_zone = |range: &[usize]| {
-        let of_cells = zones.cells[range[0]..range[1]].iter().flat_map(|cell| &corners[*cell as usize]);
-        let own: BTreeSet<usize> = of_cells.copied().collect();
-        let worth = own.iter().map(|&corner| free(corner)).sum();
-        let middle = own.iter().map(|&corner| positions[corner]).sum::<Point<D>>() / own.len().max(1) as f64;
-        let off: Vec<Point<3>> = own.iter().map(|&corner| padded(&(positions[corner] - middle))).collect();
-        let spread = SymmetricEigen::new(off.iter().map(|off| off * off.transpose()).sum::<Matrix3<f64>>());
-        let mut order = [0, 1, 2];
-        crate::order::sort(&mut order, &|&a: &usize, &b| spread.eigenvalues[a].total_cmp(&spread.eigenvalues[b]));
-        // The axes that the zone does not have come first.
-        let across = spread.eigenvectors.column(order[3 - D.min(3)]);
-        let [low, high] = off.iter().map(|off| off.dot(&across)).fold([0.0f64; 2], |[l, h], x| [l.min(x), h.max(x)]);
-        ZoneParticles { free: worth, middle, thickness: high - low }
+        let mut own = Vec::new();
+        for &cell in &zones.cells[range[0]..range[1]] {
+            own.extend_from_slice(&corners[cell as usize]);
+        }
+        own.sort_unstable();
+        own.dedup();
+        let mut middle = Point::<D>::zeros();
+        for &corner in &own {
+            middle += positions[corner];
+        }
+        middle /= own.len().max(1) as f64;
+        let off = own.mapped(|&corner| padded(&(positions[corner] - middle)));
+        ZoneParticles { free: own.summed(|&corner| free(corner)), middle, thickness: thickness(&off, D) }
     };
-    zones.offsets.windows(2).map(of_zone).collect()
+    list_of(zones.offsets.len().saturating_sub(1), |zone| of_zone(&zones.offsets[zone..zone + 2]))
+}
+
+/// How far points lie apart along the axis along which they spread least.
+fn thickness(off: &[Point<3>], dimension: usize) -> f64 {
+    let spread = SymmetricEigen::new(off.iter().map(|off| off * off.transpose()).sum::<Matrix3<f64>>());
+    let mut order = [0, 1, 2];
+    crate::order::sort(&mut order, &|&a: &usize, &b| spread.eigenvalues[a].total_cmp(&spread.eigenvalues[b]));
+    // The axes that the zone does not have come first.
+    let across = spread.eigenvectors.column(order[3 - dimension.min(3)]);
+    let [low, high] = off.iter().map(|off| off.dot(&across)).fold([0.0f64; 2], |[l, h], x| [l.min(x), h.max(x)]);
+    high - low
 }
 
 /// A partition of the cells into zones that share a pressure.
@@ -140,11 +151,11 @@ pub(super) struct Graph {
 
 impl Graph {
     /// Particles are beside those with which they share one of the sets.
-    pub(crate) fn sharing<S: Iterator<Item = u32> + Clone>(count: usize, sets: impl Iterator<Item = S>) -> Self {
+    pub(crate) fn sharing(count: usize, sets: &[&[u32]]) -> Self {
         let mut rows: Vec<Vec<u32>> = vec![Vec::new(); count];
         for set in sets {
-            for own in set.clone() {
-                rows[own as usize].extend(set.clone().filter(|&other| other != own));
+            for own in *set {
+                rows[*own as usize].extend(set.iter().filter(|other| *other != own));
             }
         }
         let mut graph = Graph { offsets: vec![0], entries: Vec::new() };
@@ -225,7 +236,7 @@ fn seeds(neighbours: &Graph, on_boundary: &[bool], size: usize) -> Vec<u32> {
 fn grow<'a>(
     mut zone_of: Vec<u32>,
     mut zones: usize,
-    beside: impl Fn(usize) -> Box<dyn Iterator<Item = u32> + 'a>,
+    beside: &dyn Fn(usize) -> Box<dyn Iterator<Item = u32> + 'a>,
 ) -> Zones {
     let mut sizes = vec![0usize; zones];
     for &zone in zone_of.iter().filter(|z| **z != NONE) {
@@ -271,7 +282,7 @@ pub(super) fn stars<'a>(
     around: &Graph,
     on_boundary: &[bool],
     size: usize,
-    beside: impl Fn(usize) -> Box<dyn Iterator<Item = (u32, f64)> + 'a>,
+    beside: &dyn Fn(usize) -> Box<dyn Iterator<Item = (u32, f64)> + 'a>,
 ) -> Zones {
     if size <= 1 {
         return Zones::single(cells.len());
@@ -289,7 +300,7 @@ pub(super) fn stars<'a>(
     // No cell holds two seeds.
     let seed_of = |corners: &&[u32]| corners.iter().find_map(|&c| Some(seeded[c as usize]).filter(|z| *z != NONE));
     let zone_of = cells.mapped(|corners| seed_of(corners).unwrap_or(NONE));
-    let zones = grow(zone_of, seeds.len(), |cell| Box::new(beside(cell).map(|side| side.0)));
+    let zones = grow(zone_of, seeds.len(), &|cell| Box::new(beside(cell).map(|side| side.0)));
     let mut zone_of = vec![0u32; cells.len()];
     for (zone, range) in zones.offsets.windows(2).enumerate() {
         for &cell in &zones.cells[range[0]..range[1]] {
@@ -325,7 +336,7 @@ fn join_poor<'a>(
     zones: usize,
     cells: &[&[u32]],
     free: &[bool],
-    beside: impl Fn(usize) -> Box<dyn Iterator<Item = (u32, f64)> + 'a>,
+    beside: &dyn Fn(usize) -> Box<dyn Iterator<Item = (u32, f64)> + 'a>,
 ) -> Zones {
     // A particle counts in parts for the zones of the cells around it.
     let mut around = vec![0u32; free.len()];
@@ -346,35 +357,33 @@ fn join_poor<'a>(
             }
         }
     }
-    let kept = join_by_sides(zone_of, inner, sides, |inner| *inner, INNER);
+    let kept = join_by_sides(zone_of, inner, sides, INNER);
     collect(zone_of, kept)
 }
 
 /// Joins zones that have less than `least` of inner particles to the zone with which they share the largest side, the poorest first:
-/// strips along a boundary whose inner particles stand in one layer would leave pressures across them unseen. `sides` has the
-/// measures shared, `worth` says how many particles what a zone has is worth; the number of zones that are left.
-pub(super) fn join_by_sides<T: Clone + AddAssign>(
+/// strips along a boundary whose inner particles stand in one layer would leave pressures across them unseen. `inner` has
+/// how many particles each has and `sides` the measures shared; the number of zones that are left.
+pub(super) fn join_by_sides(
     zone_of: &mut [u32],
-    mut inner: Vec<T>,
+    mut inner: Vec<f64>,
     mut sides: Vec<BTreeMap<u32, f64>>,
-    worth: impl Fn(&T) -> f64,
     least: f64,
 ) -> usize {
     let zones = inner.len();
     // In steps that rounding does not change.
     let rank = |worth: f64| (1e6 * worth).round() as u64;
     let mut into: Vec<u32> = (0..zones as u32).collect();
-    let ranks = inner.iter().map(|inner| rank(worth(inner))).zip(0u32..);
+    let ranks = inner.iter().map(|inner| rank(*inner)).zip(0u32..);
     let mut open: BTreeSet<(u64, u32)> = ranks.filter(|own| own.0 < rank(least)).collect();
     while let Some((_, zone)) = open.pop_first() {
         // The first of those that rounding may tell apart.
         let largest = sides[zone as usize].values().copied().fold(0.0, f64::max);
         let longest = sides[zone as usize].iter().find(|side| *side.1 >= (1.0 - 1e-6) * largest).map(|side| *side.0);
         let Some(other) = longest else { continue };
-        open.remove(&(rank(worth(&inner[other as usize])), other));
+        open.remove(&(rank(inner[other as usize]), other));
         into[zone as usize] = other;
-        let own = inner[zone as usize].clone();
-        inner[other as usize] += own;
+        inner[other as usize] += inner[zone as usize];
         for (beyond, side) in std::mem::take(&mut sides[zone as usize]) {
             sides[beyond as usize].remove(&zone);
             if beyond != other {
@@ -382,7 +391,7 @@ pub(super) fn join_by_sides<T: Clone + AddAssign>(
                 *sides[other as usize].entry(beyond).or_default() += side;
             }
         }
-        let both = rank(worth(&inner[other as usize]));
+        let both = rank(inner[other as usize]);
         if both < rank(least) {
             open.insert((both, other));
         }
@@ -419,7 +428,7 @@ pub(crate) fn zones(mesh: &Mesh, size: usize) -> Zones {
             zone_of[triangle as usize] = zone as u32;
         }
     }
-    grow(zone_of, seeds.len(), |triangle| {
+    grow(zone_of, seeds.len(), &|triangle| {
         let edges = mesh.triangle_edges[triangle];
         Box::new(
             edges
@@ -443,7 +452,7 @@ pub(crate) fn particle_zones(mesh: &Mesh, size: usize) -> Zones {
         zone_of[seed as usize] = zone as u32;
     }
     let row = |p: usize| &neighbours[offsets[p]..offsets[p + 1]];
-    grow(zone_of, seeds.len(), |particle| Box::new(row(particle).iter().copied()))
+    grow(zone_of, seeds.len(), &|particle| Box::new(row(particle).iter().copied()))
 }
 
 /// Cells ordered by their zone.

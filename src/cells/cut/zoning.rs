@@ -1,7 +1,5 @@
 //! What tells whether a zone has free particles enough for its pressures.
 
-use std::ops::AddAssign;
-
 use nalgebra::{Matrix3, SymmetricEigen};
 
 use crate::geometry::Point;
@@ -39,26 +37,11 @@ impl Moments {
     }
 }
 
-impl AddAssign for Moments {
-    fn add_assign(&mut self, other: Self) {
-        self.weight += other.weight;
-        self.first += other.first;
-        self.second += other.second;
-    }
-}
-
 /// The free particles of a zone and its volume.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Inner {
     pub(super) free: Moments,
     volume: Moments,
-}
-
-impl AddAssign for Inner {
-    fn add_assign(&mut self, other: Self) {
-        self.free += other.free;
-        self.volume += other.volume;
-    }
 }
 
 impl Inner {

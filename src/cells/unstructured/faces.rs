@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::each::{Each, EachOf, list_of, point_of};
 use crate::error::MeshError;
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::mesh::{Mesh, face_key};
 use crate::order;
 
@@ -145,13 +145,32 @@ impl Faces {
 
     /// Connected faces of the boundary with the same names and without edges between them.
     fn boundary_pieces<const D: usize>(&self, mesh: &Mesh<D>, known: &HashMap<[u32; 4], u32>) -> Vec<Piece> {
-        let (names, named) = self.names(mesh, known);
-        let normals: HashMap<usize, Point<D>> =
-            self.boundary().map(|face| (face, self.normal(mesh.points(), face))).collect();
+        let mut normals = vec![Point::zeros(); self.corners.len()];
+        let mut warped = vec![false; self.corners.len()];
+        for face in self.boundary() {
+            let normal = self.normal(mesh.points(), face);
+            let corners = self.corners(face);
+            for &corner in &corners[1..] {
+                let direction = mesh.points()[corner as usize] - mesh.points()[corners[0] as usize];
+                warped[face] |= direction.dot(&normal).abs() > FLAT * direction.norm();
+            }
+            normals[face] = padded(&normal);
+        }
+        self.connected(D, self.names(mesh, known), &normals, &warped)
+    }
+
+    /// The pieces by the names of groups, which of them each face has, its normal, and whether it is warped.
+    fn connected(
+        &self,
+        dimension: usize,
+        (names, named): (Vec<&str>, Vec<Vec<u32>>),
+        normals: &[Point<3>],
+        warped: &[bool],
+    ) -> Vec<Piece> {
         // Faces at each edge of the boundary; in the plane at each of its points.
         let mut at: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
         for face in self.boundary() {
-            for edge in sides::<D>(self.corners(face)) {
+            for edge in sides(dimension, self.corners(face)) {
                 at.entry(edge).or_default().push(face as u32);
             }
         }
@@ -162,7 +181,7 @@ impl Faces {
             let mut next = 0;
             while let Some(&face) = faces.get(next) {
                 next += 1;
-                for edge in sides::<D>(self.corners(face as usize)) {
+                for edge in sides(dimension, self.corners(face as usize)) {
                     for &other in at.get(&edge).into_iter().flatten() {
                         let same = named[face as usize] == named[other as usize];
                         if same && !seen[other as usize] && joins(face as usize, other as usize) {
@@ -175,20 +194,12 @@ impl Faces {
             faces.sort_unstable();
             faces
         };
-        let warped = |face: usize| {
-            let corners = self.corners(face);
-            let origin = mesh.points()[corners[0] as usize];
-            corners[1..].iter().any(|&c| {
-                let direction = mesh.points()[c as usize] - origin;
-                direction.dot(&normals[&face]).abs() > FLAT * direction.norm()
-            })
-        };
-        let level = |a: usize, b: usize| (normals[&a] - normals[&b]).norm() <= FLAT && !warped(a) && !warped(b);
+        let level = |a: usize, b: usize| (normals[a] - normals[b]).norm() <= FLAT && !warped[a] && !warped[b];
         let mut pieces = Vec::new();
         let mut push = |faces: Vec<u32>| {
             let first = faces[0] as usize;
             let curved =
-                faces.iter().any(|&face| face as usize != first && !level(first, face as usize)) || warped(first);
+                faces.iter().any(|&face| face as usize != first && !level(first, face as usize)) || warped[first];
             let names = named[first].mapped(|&number| names[number as usize].to_string());
             pieces.push(Piece { names, faces, curved, lent: Vec::new() });
         };
@@ -218,7 +229,7 @@ impl Faces {
         let mut seen = alone;
         for start in self.boundary() {
             if !seen[start] {
-                push(flood(start, &mut seen, &|a, b| normals[&a].dot(&normals[&b]) > SMOOTH));
+                push(flood(start, &mut seen, &|a, b| normals[a].dot(&normals[b]) > SMOOTH));
             }
         }
         self.lend(&mut pieces);
@@ -274,8 +285,8 @@ impl Faces {
 }
 
 /// The edges of a face by their ends, the lower one first; the ends of a side in the plane.
-pub(super) fn sides<const D: usize>(corners: &[u32]) -> Vec<[u32; 2]> {
-    if D == 2 {
+pub(super) fn sides(dimension: usize, corners: &[u32]) -> Vec<[u32; 2]> {
+    if dimension == 2 {
         return corners.mapped(|&c| [c, c]);
     }
     list_of(corners.len(), |k| {
