@@ -1,5 +1,7 @@
 //! How tables are built: runs of clusters, each into buffers of its own, joined in order.
 
+use std::ops::Range;
+
 use crate::error::{Error, GeometryError};
 use crate::parallel::map_ranges;
 
@@ -56,7 +58,7 @@ impl Rows {
     }
 
     /// The entries of a list.
-    fn list(&self, list: usize) -> std::ops::Range<usize> {
+    fn list(&self, list: usize) -> Range<usize> {
         if list == 0 { 0..self.ends[0] } else { self.ends[list - 1]..self.ends[list] }
     }
 
@@ -162,25 +164,42 @@ pub(super) fn rows<S: Default>(
     groups: &[usize],
     fill: &(dyn Fn(&mut S, usize, &mut Rows) -> Result<(), Error> + Sync),
 ) -> Result<(Rows, Clusters), Error> {
+    joined(groups, &|range| {
+        let mut scratch = S::default();
+        run(groups, range, &mut |point, rows| fill(&mut scratch, point, rows))
+    })
+}
+
+/// The rows of some clusters.
+fn run(
+    groups: &[usize],
+    range: Range<usize>,
+    fill: &mut dyn FnMut(usize, &mut Rows) -> Result<(), Error>,
+) -> Result<Rows, Error> {
+    let mut rows = Rows { rcond: 1.0, ..Rows::default() };
+    let first = groups.get(range.start).copied().unwrap_or(0);
+    for cluster in range.clone() {
+        for point in groups[cluster]..groups[cluster + 1] {
+            fill(point, &mut rows)?;
+            rows.end();
+            if point == first {
+                rows.reserve(groups[range.end] - first);
+            }
+        }
+        rows.close(cluster)?;
+    }
+    Ok(rows)
+}
+
+/// Runs over all clusters, joined.
+fn joined(
+    groups: &[usize],
+    run: &(dyn Fn(Range<usize>) -> Result<Rows, Error> + Sync),
+) -> Result<(Rows, Clusters), Error> {
     let clusters = groups.len().saturating_sub(1);
     let points = groups.last().copied().unwrap_or(0);
     let serial_below = if points < SERIAL_BELOW { usize::MAX } else { 2 };
-    let runs = map_ranges(clusters, serial_below, |range| -> Result<Rows, Error> {
-        let mut scratch = S::default();
-        let mut rows = Rows { rcond: 1.0, ..Rows::default() };
-        let first = groups.get(range.start).copied().unwrap_or(0);
-        for cluster in range.clone() {
-            for point in groups[cluster]..groups[cluster + 1] {
-                fill(&mut scratch, point, &mut rows)?;
-                rows.end();
-                if point == first {
-                    rows.reserve(groups[range.end] - first);
-                }
-            }
-            rows.close(cluster)?;
-        }
-        Ok(rows)
-    });
+    let runs = map_ranges(clusters, serial_below, run);
     let mut runs = runs.into_iter().collect::<Result<Vec<_>, _>>()?;
     let mut all = if runs.is_empty() { Rows::default() } else { runs.remove(0) };
     let total = |of: &dyn Fn(&Rows) -> usize| runs.iter().map(of).sum::<usize>();

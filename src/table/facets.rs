@@ -95,9 +95,14 @@ impl<const D: usize, const Q: usize> Facets<D, Q> {
             }
             Ok((range.start, facets))
         });
-        let (starts, runs): (_, Vec<Run<D, Q>>) = runs.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
-        let rcond = runs.iter().map(|run| run.rcond).fold(1.0, f64::min);
-        Ok(Facets { starts, runs, rcond })
+        let mut facets = Facets { starts: Vec::new(), runs: Vec::new(), rcond: 1.0 };
+        for run in runs {
+            let (start, run) = run?;
+            facets.rcond = facets.rcond.min(run.rcond);
+            facets.starts.push(start);
+            facets.runs.push(run);
+        }
+        Ok(facets)
     }
 }
 
@@ -181,11 +186,23 @@ impl<T: Copy> List<T> {
         }
         // Points of a facet mostly see the same particles, and so do facets of a cell.
         if self.nodes == nodes {
-            for (a, sum) in self.sums.iter_mut().enumerate() {
-                add(a, sum);
+            for a in 0..nodes.len() {
+                add(a, &mut self.sums[a]);
             }
             return;
         }
+        self.merge(zero, nodes);
+        let mut place = 0;
+        for a in 0..nodes.len() {
+            while self.nodes[place] < nodes[a] {
+                place += 1;
+            }
+            add(a, &mut self.sums[place]);
+        }
+    }
+
+    /// Takes further nodes into the list.
+    fn merge(&mut self, zero: T, nodes: &[u32]) {
         self.merged_nodes.clear();
         self.merged_sums.clear();
         let (mut i, mut j) = (0, 0);
@@ -202,12 +219,5 @@ impl<T: Copy> List<T> {
         self.merged_sums.resize(self.merged_nodes.len(), zero);
         std::mem::swap(&mut self.nodes, &mut self.merged_nodes);
         std::mem::swap(&mut self.sums, &mut self.merged_sums);
-        let mut place = 0;
-        for (a, &node) in nodes.iter().enumerate() {
-            while self.nodes[place] < node {
-                place += 1;
-            }
-            add(a, &mut self.sums[place]);
-        }
     }
 }
