@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix4, Vector4};
 
-use crate::each::{Each, point_of};
+use crate::each::{Each, list_of};
 use crate::error::Error;
-use crate::geometry::Point;
+use crate::geometry::{Point, all_padded, padded};
 use crate::kinematics::Kinematics;
 use crate::quadrature::Points;
 use crate::table::ShapeTable;
@@ -22,15 +22,6 @@ const FALL: i32 = 6;
 const POINTS: usize = 4;
 const OWN_REACH: f64 = 2.5;
 
-/// Sorts particles with their distances; outside of generic code, so that it is compiled once.
-fn sort_by_distance(near: &mut [(f64, u32)]) {
-    near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-}
-
-fn sort_by_node(near: &mut [(f64, u32)]) {
-    near.sort_unstable_by_key(|own| own.1);
-}
-
 /// A table on the points and clusters of another one whose gradients are those of the linear field that fits the nearest particles best,
 /// of those that the other sees. Weights fall with the distance, so that points of one cell fit different fields and rigid motions alone
 /// have no energy. Free expansion is left out: `stretch` is what the other table's weights hold of it.
@@ -44,53 +35,75 @@ pub(super) fn linear_fits<const D: usize>(
     stretch: &(dyn Fn(&Point<D>) -> f64 + Sync),
 ) -> Result<ShapeTable<D>, Error> {
     let clusters = of.clusters();
-    let weights = of.positions().iter().zip(of.weights()).map(|(x, weight)| weight / stretch(x).powi(3)).collect();
+    let weights = list_of(of.weights().len(), |point| of.weights()[point] / stretch(&of.positions()[point]).powi(3));
     let mut points = Points { positions: of.positions().to_vec(), weights, ..Points::empty() };
-    points.groups.extend((0..clusters.len()).map(|cluster| clusters.points(cluster).end));
+    for cluster in 0..clusters.len() {
+        points.groups.push(clusters.points(cluster).end);
+    }
     let closest = closest(of, nodes);
+    let nodes: Vec<Point<3>> = all_padded(nodes);
     ShapeTable::tabulate(nodes.len(), &points, kinematics, &|scratch, point, out| {
-        let (at, near) = (of.positions()[point], scratch.of::<Vec<(f64, u32)>>());
-        near.clear();
-        near.extend(of.nodes(point).iter().map(|&node| ((nodes[node as usize] - at).norm(), node)));
-        sort_by_distance(near);
-        let (mut scale, mut moments) = (1.0, Matrix4::zeros());
-        let term = |node: u32, scale: f64| {
-            let off = (nodes[node as usize] - at) / scale;
-            Vector4::from_fn(|i, _| if i == 0 { 1.0 } else { off.get(i - 1).copied().unwrap_or(0.0) })
-        };
-        // Particles far from all points have weights in the fits of those that are nearest to them.
-        let weight = |distance: f64, node: u32, scale: f64| {
-            (1.0 - (distance / scale.max(OWN_REACH * closest[node as usize])).powi(2)).max(0.0).powi(FALL)
-        };
-        for nearest in NEAREST {
-            let count = nearest.min(near.len());
-            scale = REACH * near.get(count.saturating_sub(1)).map_or(1.0, |last| last.0).max(f64::MIN_POSITIVE);
-            moments = Matrix4::zeros();
-            for &(distance, node) in near.iter() {
-                let p = term(node, scale);
-                moments += p * p.transpose() * weight(distance, node, scale);
-            }
-            let eigenvalues = moments.symmetric_eigenvalues();
-            if eigenvalues.min() > FLAT * eigenvalues.max() || count == near.len() {
-                break;
-            }
-        }
-        // Directions in which no particle lies have no gradient.
-        let inverse = moments.pseudo_inverse(1e-9 * moments.trace()).unwrap_or_else(|_| Matrix4::zeros());
-        near.retain(|&(distance, node)| weight(distance, node, scale) > 0.0);
-        sort_by_node(near);
+        let near = scratch.of::<Vec<(f64, u32)>>();
         out.nodes.clear();
         out.values.clear();
         out.gradients.clear();
-        for &(distance, node) in near.iter() {
-            let own = inverse * term(node, scale) * weight(distance, node, scale);
-            out.nodes.push(node);
-            out.values.push(own[0]);
-            out.gradients.push(point_of(|i| own[i + 1] / scale));
-        }
+        fit(
+            &padded(&of.positions()[point]),
+            of.nodes(point),
+            (&nodes, &closest),
+            near,
+            &mut |node, value, gradient| {
+                out.nodes.push(node);
+                out.values.push(value);
+                out.gradients.push(padded(&gradient));
+            },
+        );
         out.rcond = 1.0;
         Ok(())
     })
+}
+
+/// Hands out the value and gradient of each particle that has a weight in the fit at a point, of those that it sees.
+fn fit(
+    at: &Point<3>,
+    seen: &[u32],
+    (nodes, closest): (&[Point<3>], &[f64]),
+    near: &mut Vec<(f64, u32)>,
+    push: &mut dyn FnMut(u32, f64, Point<3>),
+) {
+    near.clear();
+    near.extend(seen.iter().map(|&node| ((nodes[node as usize] - at).norm(), node)));
+    near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let (mut scale, mut moments) = (1.0, Matrix4::zeros());
+    let term = |node: u32, scale: f64| {
+        let off = (nodes[node as usize] - at) / scale;
+        Vector4::new(1.0, off[0], off[1], off[2])
+    };
+    // Particles far from all points have weights in the fits of those that are nearest to them.
+    let weight = |distance: f64, node: u32, scale: f64| {
+        (1.0 - (distance / scale.max(OWN_REACH * closest[node as usize])).powi(2)).max(0.0).powi(FALL)
+    };
+    for nearest in NEAREST {
+        let count = nearest.min(near.len());
+        scale = REACH * near.get(count.saturating_sub(1)).map_or(1.0, |last| last.0).max(f64::MIN_POSITIVE);
+        moments = Matrix4::zeros();
+        for &(distance, node) in near.iter() {
+            let p = term(node, scale);
+            moments += p * p.transpose() * weight(distance, node, scale);
+        }
+        let eigenvalues = moments.symmetric_eigenvalues();
+        if eigenvalues.min() > FLAT * eigenvalues.max() || count == near.len() {
+            break;
+        }
+    }
+    // Directions in which no particle lies have no gradient.
+    let inverse = moments.pseudo_inverse(1e-9 * moments.trace()).unwrap_or_else(|_| Matrix4::zeros());
+    near.retain(|&(distance, node)| weight(distance, node, scale) > 0.0);
+    near.sort_unstable_by_key(|own| own.1);
+    for &(distance, node) in near.iter() {
+        let own = inverse * term(node, scale) * weight(distance, node, scale);
+        push(node, own[0], Point::<3>::new(own[1], own[2], own[3]) / scale);
+    }
 }
 
 /// The distance of each particle from the last of its nearest points.
