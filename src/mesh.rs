@@ -46,6 +46,91 @@ pub struct Mesh<const D: usize> {
     curved: HashMap<[u32; 2], Point<D>>,
 }
 
+/// What a mesh is made of, its places with three components.
+struct Gathered {
+    points: Vec<Point<3>>,
+    elements: [Elements; 4],
+    groups: Vec<Group>,
+    curved: HashMap<[u32; 2], Point<3>>,
+}
+
+/// Takes nodes, elements and groups of a body out of what a file has.
+fn gathered(
+    dimension: usize,
+    all: Vec<[f64; 3]>,
+    mut elements: [Elements; 4],
+    mut groups: Vec<Group>,
+    middles: HashMap<[u32; 2], [f64; 3]>,
+) -> Result<Gathered, MeshError> {
+    let highest = (0..=3).rev().find(|&k| elements[k].len() > 0).unwrap_or(0);
+    if highest != dimension {
+        let what = format!("the mesh has cells of dimension {highest}, but is read as Mesh<{dimension}>");
+        let remedy = if highest > dimension {
+            "read it as Mesh<3>, with the kinematics Solid"
+        } else {
+            "export the cells of the body too (in Gmsh: a physical group of its volumes or surfaces), or read it as Mesh<2>"
+        };
+        return Err(MeshError::Dimension { what, remedy });
+    }
+    // Nodes of the body, in the order of the file; corners of arcs and middles of edges are no particles.
+    const UNUSED: u32 = u32::MAX;
+    let mut number = vec![UNUSED; all.len()];
+    for &node in elements[dimension].all_corners() {
+        number[node as usize] = 0;
+    }
+    let mut points = Vec::with_capacity(number.iter().filter(|n| **n == 0).count());
+    let level = number.iter().position(|n| *n == 0).map_or(0.0, |first| all[first][2]);
+    let mut extent = 0.0f64;
+    for (number, x) in number.iter_mut().zip(&all).filter(|(number, _)| **number == 0) {
+        if let Some(value) = x.iter().find(|value| !value.is_finite()) {
+            let what = format!("coordinate {value} of a node");
+            return Err(MeshError::Array { what, remedy: "give finite coordinates" });
+        }
+        *number = points.len() as u32;
+        points.push(point_of(|i| if i < dimension { x[i] } else { 0.0 }));
+        extent = extent.max((x[0] - all[0][0]).abs()).max((x[1] - all[0][1]).abs());
+    }
+    if dimension == 2 && all.iter().zip(&number).any(|(x, n)| *n != UNUSED && (x[2] - level).abs() > 1e-9 * extent) {
+        let what = "the cells are triangles or quadrangles on a surface in 3D, but the mesh is read as a body in the plane";
+        let remedy = "draw the body in the plane Z = 0; shells are not modelled";
+        return Err(MeshError::Dimension { what: what.to_string(), remedy });
+    }
+    let mut curved = HashMap::new();
+    for (ends, middle) in middles {
+        let [a, b] = ends.each(|end| number[end as usize]);
+        if a != UNUSED && b != UNUSED && middle.iter().all(|x| x.is_finite()) {
+            curved.insert([a.min(b), a.max(b)], middle.into());
+        }
+    }
+    drop(all);
+    // Elements on nodes that the body does not have belong to something else.
+    for lower in 0..dimension {
+        let list = std::mem::take(&mut elements[lower]);
+        let whole = |element: usize| list.corners(element).iter().all(|&node| number[node as usize] != UNUSED);
+        if (0..list.len()).all(whole) {
+            elements[lower] = list;
+            continue;
+        }
+        let mut kept = Elements::default();
+        let mut place = vec![UNUSED; list.len()];
+        for element in (0..list.len()).filter(|&element| whole(element)) {
+            place[element] = kept.len() as u32;
+            kept.push(list.shape(element), list.corners(element).iter().copied());
+        }
+        for group in groups.iter_mut().filter(|group| group.dimension == lower) {
+            group.members = group.members.iter().map(|&m| place[m as usize]).filter(|m| *m != UNUSED).collect();
+        }
+        elements[lower] = kept;
+    }
+    for list in &mut elements {
+        for corner in list.all_corners_mut() {
+            *corner = number[*corner as usize];
+        }
+    }
+    groups.retain(|group| group.dimension <= dimension && !group.members.is_empty());
+    Ok(Gathered { points, elements, groups, curved })
+}
+
 impl<const D: usize> Mesh<D> {
     /// Reads a file of Gmsh, MSH 2.2 or 4.1, ASCII or binary.
     ///
@@ -127,79 +212,17 @@ impl<const D: usize> Mesh<D> {
     /// Drops what the body does not use and checks the cells.
     fn assemble(
         all: Vec<[f64; 3]>,
-        mut elements: [Elements; 4],
-        mut groups: Vec<Group>,
+        elements: [Elements; 4],
+        groups: Vec<Group>,
         middles: HashMap<[u32; 2], [f64; 3]>,
     ) -> Result<Self, MeshError> {
         crate::geometry::check_dimension::<D>()
             .map_err(|error| MeshError::Dimension { what: error.to_string(), remedy: "read Mesh<2> or Mesh<3>" })?;
-        let highest = (0..=3).rev().find(|&dimension| elements[dimension].len() > 0).unwrap_or(0);
-        if highest != D {
-            let what = format!("the mesh has cells of dimension {highest}, but is read as Mesh<{D}>");
-            let remedy = if highest > D {
-                "read it as Mesh<3>, with the kinematics Solid"
-            } else {
-                "export the cells of the body too (in Gmsh: a physical group of its volumes or surfaces), or read it as Mesh<2>"
-            };
-            return Err(MeshError::Dimension { what, remedy });
+        let Gathered { points, elements, groups, curved } = gathered(D, all, elements, groups, middles)?;
+        let mut mesh = Mesh { points: points.mapped(padded), elements, groups, curved: HashMap::new() };
+        for (ends, middle) in curved {
+            mesh.curved.insert(ends, padded(&middle));
         }
-        // Nodes of the body, in the order of the file; corners of arcs and middles of edges are no particles.
-        const UNUSED: u32 = u32::MAX;
-        let mut number = vec![UNUSED; all.len()];
-        for &node in elements[D].all_corners() {
-            number[node as usize] = 0;
-        }
-        let mut points = Vec::with_capacity(number.iter().filter(|n| **n == 0).count());
-        let level = number.iter().position(|n| *n == 0).map_or(0.0, |first| all[first][2]);
-        let mut extent = 0.0f64;
-        for (number, x) in number.iter_mut().zip(&all).filter(|(number, _)| **number == 0) {
-            if let Some(value) = x.iter().find(|value| !value.is_finite()) {
-                let what = format!("coordinate {value} of a node");
-                return Err(MeshError::Array { what, remedy: "give finite coordinates" });
-            }
-            *number = points.len() as u32;
-            points.push(point_of::<D>(|i| x[i]));
-            extent = extent.max((x[0] - all[0][0]).abs()).max((x[1] - all[0][1]).abs());
-        }
-        if D == 2 && all.iter().zip(&number).any(|(x, n)| *n != UNUSED && (x[2] - level).abs() > 1e-9 * extent) {
-            let what = "the cells are triangles or quadrangles on a surface in 3D, but the mesh is read as a body in the plane";
-            let remedy = "draw the body in the plane Z = 0; shells are not modelled";
-            return Err(MeshError::Dimension { what: what.to_string(), remedy });
-        }
-        let mut curved = HashMap::new();
-        for (ends, middle) in middles {
-            let [a, b] = ends.each(|end| number[end as usize]);
-            if a != UNUSED && b != UNUSED && middle.iter().all(|x| x.is_finite()) {
-                curved.insert([a.min(b), a.max(b)], point_of::<D>(|i| middle[i]));
-            }
-        }
-        drop(all);
-        // Elements on nodes that the body does not have belong to something else.
-        for dimension in 0..D {
-            let list = std::mem::take(&mut elements[dimension]);
-            let whole = |element: usize| list.corners(element).iter().all(|&node| number[node as usize] != UNUSED);
-            if (0..list.len()).all(whole) {
-                elements[dimension] = list;
-                continue;
-            }
-            let mut kept = Elements::default();
-            let mut place = vec![UNUSED; list.len()];
-            for element in (0..list.len()).filter(|&element| whole(element)) {
-                place[element] = kept.len() as u32;
-                kept.push(list.shape(element), list.corners(element).iter().copied());
-            }
-            for group in groups.iter_mut().filter(|group| group.dimension == dimension) {
-                group.members = group.members.iter().map(|&m| place[m as usize]).filter(|m| *m != UNUSED).collect();
-            }
-            elements[dimension] = kept;
-        }
-        for list in &mut elements {
-            for corner in list.all_corners_mut() {
-                *corner = number[*corner as usize];
-            }
-        }
-        groups.retain(|group| group.dimension <= D && !group.members.is_empty());
-        let mut mesh = Mesh { points, elements, groups, curved };
         mesh.orient()?;
         Ok(mesh)
     }
