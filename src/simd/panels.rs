@@ -237,7 +237,7 @@ mod wide {
             out[..N].copy_from_slice(&sums[i]);
         }
         let count = N * lanes;
-        let sums = std::array::from_fn(|i| &out[i].as_flattened()[..count]);
-        sink.add(at.b, at.j, at.first * lanes, sums);
+        let sum = |i: usize| &out[i].as_flattened()[..count];
+        sink.add(at.b, at.j, at.first * lanes, [sum(0), sum(1), sum(2)]);
     }
 }

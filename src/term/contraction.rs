@@ -150,12 +150,29 @@ impl Windows {
     ) {
         match tangents.len() {
             0 => {}
-            // In space the products of one component fill the registers.
-            1 if D < 3 => self.add_point::<A, D, S>(local, &tangents[0], lower),
-            1 => self.add_group::<A, D, S, 1>(local, tangents, lower),
-            2 => self.add_group::<A, D, S, 2>(local, tangents, lower),
-            3 => self.add_group::<A, D, S, 3>(local, tangents, lower),
-            _ => self.add_group::<A, D, S, 4>(local, tangents, lower),
+            1 => self.add_last::<A, D, S>(local, tangents, lower),
+            2 => self.add_group::<A, D, S, 2>(0, local, tangents, lower),
+            3 => {
+                self.add_group::<A, D, S, 2>(0, local, tangents, lower);
+                self.add_last::<A, D, S>(local, tangents, lower);
+            }
+            _ => self.add_group::<A, D, S, 4>(0, local, tangents, lower),
+        }
+    }
+
+    /// Adds the last point of the group.
+    #[inline(always)]
+    fn add_last<A: Arithmetic, const D: usize, const S: usize>(
+        &self,
+        local: &[u16],
+        tangents: &[PointTangent<D, S>],
+        lower: &mut LowerBlocks,
+    ) {
+        // In space the products of one component fill the registers.
+        if const { D < 3 } {
+            self.add_point::<A, D, S>(tangents.len() - 1, local, tangents, lower);
+        } else {
+            self.add_group::<A, D, S, 1>(tangents.len() - 1, local, tangents, lower);
         }
     }
 
@@ -163,10 +180,12 @@ impl Windows {
     #[inline(always)]
     fn add_point<A: Arithmetic, const D: usize, const S: usize>(
         &self,
+        p: usize,
         local: &[u16],
-        tangent: &PointTangent<D, S>,
+        tangents: &[PointTangent<D, S>],
         lower: &mut LowerBlocks,
     ) {
+        let tangent = &tangents[p];
         for (&place, &(window, lane)) in local.iter().zip(&self.of) {
             let place = place as usize;
             let first = LowerBlocks::start(place);
@@ -175,7 +194,7 @@ impl Windows {
             let mut products = [[[0.0; WIDTH]; D]; D];
             for j in 0..D {
                 for t in 0..S {
-                    let g = gradients[0][0][t][lane as usize];
+                    let g = gradients[0][p][t][lane as usize];
                     for i in 0..D {
                         for s in 0..WIDTH {
                             products[j][i][s] = A::multiply_add(tangent[j][t][i][s], g, products[j][i][s]);
@@ -195,7 +214,7 @@ impl Windows {
                         let mut sum = [target[0], target[1], target[2], target[3]];
                         for s in 0..S {
                             for l in 0..WIDTH {
-                                sum[l] = A::multiply_add(products[j][i][s], g[0][s][l], sum[l]);
+                                sum[l] = A::multiply_add(products[j][i][s], g[p][s][l], sum[l]);
                             }
                         }
                         target.copy_from_slice(&sum);
@@ -205,15 +224,17 @@ impl Windows {
         }
     }
 
-    /// The structured contraction: $T_{isj} = A_{isjt}\\,g_{bt}$ first, then for each window as many products as
+    /// The structured contraction of `P` points behind others of the group: $T_{isj} = A_{isjt}\\,g_{bt}$ first, then for each window as many products as
     /// points and slots.
     #[inline(always)]
     fn add_group<A: Arithmetic, const D: usize, const S: usize, const P: usize>(
         &self,
+        before: usize,
         local: &[u16],
         tangents: &[PointTangent<D, S>],
         lower: &mut LowerBlocks,
     ) {
+        let tangents = &tangents[before..];
         for (&place, &(window, lane)) in local.iter().zip(&self.of) {
             let place = place as usize;
             let first = LowerBlocks::start(place) as u32;
@@ -223,7 +244,7 @@ impl Windows {
                 let mut products = [[[0.0; WIDTH]; P]; D];
                 for p in 0..P {
                     for t in 0..S {
-                        let g = gradients[0][p][t][lane as usize];
+                        let g = gradients[0][before + p][t][lane as usize];
                         for i in 0..D {
                             for s in 0..WIDTH {
                                 products[i][p][s] = A::multiply_add(tangents[p][j][t][i][s], g, products[i][p][s]);
@@ -240,7 +261,7 @@ impl Windows {
                         for p in 0..P {
                             for s in 0..S {
                                 for l in 0..WIDTH {
-                                    sum[l] = A::multiply_add(products[i][p][s], g[p][s][l], sum[l]);
+                                    sum[l] = A::multiply_add(products[i][p][s], g[before + p][s][l], sum[l]);
                                 }
                             }
                         }
