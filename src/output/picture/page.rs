@@ -61,22 +61,24 @@ impl Page {
                 let values = picture.values.iter().filter(|v| v.is_finite());
                 (least, most) = values.fold((least, most), |(a, b), v| (a.min(*v), b.max(*v)));
             }
-            let points = floats(picture.points.iter().flat_map(|x| [x[0], x[1], x[2]]));
+            let points = floats(&mut picture.points.iter().flat_map(|x| [x[0], x[1], x[2]]));
             let grey = std::iter::repeat_n(f64::NAN, if picture.values.is_empty() { picture.points.len() } else { 0 });
-            let values = floats(picture.values.iter().copied().chain(grey));
+            let values = floats(&mut picture.values.iter().copied().chain(grey));
             let _ = write!(frames, "{{label:{},points:\"{points}\",values:\"{values}\"}},", quoted(label));
         }
         if !(most - least > LEVEL * least.abs().max(most.abs())) {
             most = least;
         }
         let (least, most) = if least.is_finite() { (least, most) } else { (0.0, 0.0) };
-        let triangles =
+        let mut triangles =
             first.faces.iter().flat_map(|face| (2..face.len()).flat_map(|k| [face[0], face[k - 1], face[k]]));
         let edges =
             || first.faces.iter().flat_map(|face| (0..face.len()).flat_map(|k| [face[k], face[(k + 1) % face.len()]]));
         let lines = match &first.lines {
-            Some(lines) => integers(lines.iter().flat_map(|line| line.windows(2).flat_map(|ends| [ends[0], ends[1]]))),
-            None => integers(edges()),
+            Some(lines) => {
+                integers(&mut lines.iter().flat_map(|line| line.windows(2).flat_map(|ends| [ends[0], ends[1]])))
+            }
+            None => integers(&mut edges()),
         };
         let colours: Vec<[u8; 3]> = list_of(BANDS, |band| colour(band).each(|c| c as u8));
         let range = most - least;
@@ -90,7 +92,7 @@ impl Page {
             first.flat,
             first.view,
             quoted(&escaped(&first.label)),
-            integers(triangles),
+            integers(&mut triangles),
         );
         // Piece by piece: words of the page's own are no places of the template.
         let title = escaped(&self.title);
@@ -112,12 +114,20 @@ impl Page {
 }
 
 /// Numbers in single precision, as text.
-fn floats(numbers: impl Iterator<Item = f64>) -> String {
-    base64(&numbers.flat_map(|x| (x as f32).to_le_bytes()).collect::<Vec<u8>>())
+fn floats(numbers: &mut dyn Iterator<Item = f64>) -> String {
+    let mut bytes = Vec::new();
+    for x in numbers {
+        bytes.extend_from_slice(&(x as f32).to_le_bytes());
+    }
+    base64(&bytes)
 }
 
-fn integers(numbers: impl Iterator<Item = usize>) -> String {
-    base64(&numbers.flat_map(|x| (x as u32).to_le_bytes()).collect::<Vec<u8>>())
+fn integers(numbers: &mut dyn Iterator<Item = usize>) -> String {
+    let mut bytes = Vec::new();
+    for x in numbers {
+        bytes.extend_from_slice(&(x as u32).to_le_bytes());
+    }
+    base64(&bytes)
 }
 
 /// Text within a script: nothing in it ends the script.
