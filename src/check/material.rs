@@ -1,6 +1,6 @@
 //! The contract of materials.
 
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Rotation3, Vector3};
 
 use crate::each::{Each, list_of};
 use crate::material::{Distortion, InvariantEnergy, Material, Past, Response, VolumetricEnergy, stable_ranges};
@@ -51,7 +51,7 @@ pub fn material(material: &dyn Material) -> Report {
     let mut stable = Law::new("the tangent at rest is not negative", ROUNDING);
     let symmetric = (rest.tangent + rest.tangent.transpose()) * 0.5;
     if symmetric.iter().all(|v| v.is_finite()) {
-        let lowest = symmetric.symmetric_eigenvalues().min();
+        let lowest = DMatrix::from_column_slice(9, 9, symmetric.as_slice()).symmetric_eigenvalues().min();
         stable.see((-lowest / stiffness).max(0.0), || "F = I".into());
     } else {
         stable.see(f64::NAN, || "F = I".into());

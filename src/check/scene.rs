@@ -209,26 +209,43 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
 
 /// Settings without effect on a run of a scene, with what to do.
 fn without_effect<const D: usize>(scene: &Scene<D>) -> Vec<String> {
-    let conditions = scene.conditions.iter().map(|c| (&c.amplitude, format!("a condition on {}", c.place)));
-    let loads = scene.loads.iter().map(|load| (&load.amplitude, load.label()));
-    let surfaces = scene
-        .contacts
-        .iter()
-        .flat_map(|c| c.surface.amplitudes().map(|a| (a, format!("surface `{}`", c.surface.name))));
-    let clock = scene.clock.iter().map(|clock| (clock, "the clock of the scene".to_string()));
-    let tables = conditions.chain(loads).chain(surfaces).chain(clock).filter_map(|(amplitude, of)| {
-        let Amplitude::Table(pairs) = amplitude else { return None };
-        let last = pairs.last().filter(|last| last.0 > 1.0)?.0;
-        Some(format!(
+    let mut found = Vec::new();
+    for condition in &scene.conditions {
+        push_long(&mut found, &condition.amplitude, &format!("a condition on {}", condition.place));
+    }
+    for load in &scene.loads {
+        push_long(&mut found, &load.amplitude, &load.label());
+    }
+    for contact in &scene.contacts {
+        for amplitude in contact.surface.amplitudes() {
+            push_long(&mut found, amplitude, &format!("surface `{}`", contact.surface.name));
+        }
+    }
+    if let Some(clock) = &scene.clock {
+        push_long(&mut found, clock, "the clock of the scene");
+        if clock.evaluate(1.0).0 > clock.evaluate(0.0).0 {
+            return found;
+        }
+    }
+    for body in &scene.bodies {
+        if relaxes(&*body.material) {
+            let of = if body.name.is_empty() { "the body".to_string() } else { format!("body `{}`", body.name) };
+            let remedy = "relaxes and no time passes: give the scene a time above zero by Scene::over_time";
+            found.push(format!("the law of {of} {remedy}"));
+        }
+    }
+    found
+}
+
+/// Says so where a table goes on beyond the end of a run.
+fn push_long(found: &mut Vec<String>, amplitude: &Amplitude, of: &str) {
+    if let Amplitude::Table(pairs) = amplitude
+        && let Some((last, _)) = pairs.last().filter(|last| last.0 > 1.0)
+    {
+        found.push(format!(
             "the table of {of} goes on to {last}, a run ends at a load factor of 1: divide its first numbers by {last}"
-        ))
-    });
-    let passes = scene.clock.as_ref().is_some_and(|clock| clock.evaluate(1.0).0 > clock.evaluate(0.0).0);
-    let timeless = scene.bodies.iter().filter(|body| !passes && relaxes(&*body.material)).map(|body| {
-        let of = if body.name.is_empty() { "the body".to_string() } else { format!("body `{}`", body.name) };
-        format!("the law of {of} relaxes and no time passes: give the scene a time above zero by Scene::over_time")
-    });
-    tables.chain(timeless).collect()
+        ));
+    }
 }
 
 /// Whether a law stores another energy in a sudden strain than in one that takes its time.
