@@ -91,7 +91,8 @@ fn gathered(
         extent = extent.max((x[0] - all[0][0]).abs()).max((x[1] - all[0][1]).abs());
     }
     if dimension == 2 && all.iter().zip(&number).any(|(x, n)| *n != UNUSED && (x[2] - level).abs() > 1e-9 * extent) {
-        let what = "the cells are triangles or quadrangles on a surface in 3D, but the mesh is read as a body in the plane";
+        let what =
+            "the cells are triangles or quadrangles on a surface in 3D, but the mesh is read as a body in the plane";
         let remedy = "draw the body in the plane Z = 0; shells are not modelled";
         return Err(MeshError::Dimension { what: what.to_string(), remedy });
     }

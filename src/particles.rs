@@ -94,7 +94,7 @@ impl<const D: usize> Particles<D> {
                 });
             }
         }
-        check_places(&positions, |particle| supports[particle].half_widths())?;
+        check_places(&positions, &|particle| supports[particle].half_widths())?;
         Ok(Particles { positions, supports, volumes: Vec::new() })
     }
 
@@ -115,7 +115,7 @@ impl<const D: usize> Particles<D> {
         if rank == 1 && positions.len() > 2 {
             // Of two particles at one place each would have a support that holds nothing else.
             let second = distances(2);
-            check_places(&positions, |particle| Point::repeat(second[particle]))?;
+            check_places(&positions, &|particle| Point::repeat(second[particle]))?;
         }
         let supports = distances(rank).into_iter().map(|d| Support::Ball(factor * d)).collect();
         Particles::new(positions, supports)
@@ -189,7 +189,7 @@ fn check_positions<const D: usize>(positions: &[Point<D>]) -> Result<(), Approxi
 /// Refuses two particles at one place; `half_widths` are those of their supports.
 fn check_places<const D: usize>(
     positions: &[Point<D>],
-    half_widths: impl Fn(usize) -> Point<D>,
+    half_widths: &dyn Fn(usize) -> Point<D>,
 ) -> Result<(), ApproximationError> {
     match coincident(positions, half_widths) {
         None => Ok(()),
@@ -203,7 +203,7 @@ fn check_places<const D: usize>(
 }
 
 /// The first particle in a sweep across the set that shares its place with another one.
-fn coincident<const D: usize>(positions: &[Point<D>], half_widths: impl Fn(usize) -> Point<D>) -> Option<usize> {
+fn coincident<const D: usize>(positions: &[Point<D>], half_widths: &dyn Fn(usize) -> Point<D>) -> Option<usize> {
     let (mut min, mut max) = (positions[0], positions[0]);
     for x in positions {
         (min, max) = (min.inf(x), max.sup(x));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::cells::BoundaryCells;
 use crate::error::Error;
-use crate::geometry::{Point, unit};
+use crate::geometry::{Point, padded, unit};
 use crate::kinematics::Kinematics;
 use crate::order;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
@@ -103,9 +103,10 @@ impl Constraints {
             }
         };
         let is_free = |particle: u32| !requested[&particle].1;
-        let mut received = received(approximation.nodes(), (&order, &neighbours), sums, is_free);
+        let node = |particle: u32| padded(&approximation.nodes()[particle as usize]);
+        let mut received = received(&node, (&order, &neighbours), &is_free);
         for particle in order {
-            let Some(parts) = received.remove(&particle) else { continue };
+            let Some(parts) = found(sums, received.remove(&particle)) else { continue };
             let mut points = Vec::new();
             for part in &parts {
                 points.extend_from_slice(&part.points);
@@ -133,9 +134,10 @@ impl Constraints {
         for component in 0..D {
             let free: HashSet<u32> = order.iter().copied().filter(|&particle| tie(component, particle)).collect();
             let is_free = |particle: u32| free.contains(&particle);
-            let mut received = received(sides[0].approximation.nodes(), (&order, &neighbours), &sums, is_free);
+            let node = |particle: u32| padded(&sides[0].approximation.nodes()[particle as usize]);
+            let mut received = received(&node, (&order, &neighbours), &is_free);
             for particle in &order {
-                let Some(parts) = received.remove(particle) else { continue };
+                let Some(parts) = found(&sums, received.remove(particle)) else { continue };
                 let entries = summed(&parts, component);
                 let dependent = (sides[0].first_node + *particle as usize) * D + component;
                 let (amplitude, label) = (Amplitude::Constant, label.to_string());
@@ -169,20 +171,18 @@ pub(crate) fn facet_neighbours<const D: usize>(boundary: &BoundaryCells<D>) -> (
     (order, neighbours)
 }
 
-/// The integrals of the trace functions by the particle that each goes to: its own where that is free, or the nearest free one on a shared
+/// The particles whose trace functions go to each: its own where that is free, or it is the nearest free one on a shared
 /// facet. One that has nowhere to go repeats what is prescribed already.
-fn received<'a, const D: usize>(
-    nodes: &[Point<D>],
+fn received(
+    node: &dyn Fn(u32) -> Point<3>,
     (order, neighbours): (&[u32], &HashMap<u32, Vec<u32>>),
-    sums: &'a HashMap<u32, Integrals<D>>,
-    is_free: impl Fn(u32) -> bool,
-) -> HashMap<u32, Vec<&'a Integrals<D>>> {
-    let mut received: HashMap<u32, Vec<&Integrals<D>>> = HashMap::new();
+    is_free: &dyn Fn(u32) -> bool,
+) -> HashMap<u32, Vec<u32>> {
+    let mut received: HashMap<u32, Vec<u32>> = HashMap::new();
     for &particle in order {
-        let Some(sum) = sums.get(&particle) else { continue };
-        let at = nodes[particle as usize];
+        let at = node(particle);
         let nearer = |a: &u32, b: &u32| {
-            let distance = |n: &u32| (nodes[*n as usize] - at).norm_squared();
+            let distance = |n: &u32| (node(*n) - at).norm_squared();
             distance(a).total_cmp(&distance(b)).then(a.cmp(b))
         };
         let nearest = |among: &[u32]| among.iter().copied().filter(|&other| is_free(other)).min_by(nearer);
@@ -192,10 +192,21 @@ fn received<'a, const D: usize>(
             false => nearest(&neighbours[&particle]).or_else(|| nearest(order)),
         };
         if let Some(receiver) = receiver {
-            received.entry(receiver).or_default().push(sum);
+            received.entry(receiver).or_default().push(particle);
         }
     }
     received
+}
+
+/// The integrals of some particles; none where none of them has any.
+fn found<const D: usize>(sums: &HashMap<u32, Integrals<D>>, particles: Option<Vec<u32>>) -> Option<Vec<&Integrals<D>>> {
+    let mut found = Vec::new();
+    for particle in particles? {
+        if let Some(sum) = sums.get(&particle) {
+            found.push(sum);
+        }
+    }
+    (!found.is_empty()).then_some(found)
 }
 
 /// One side of constraint equations over facets: the trace functions there, the functions of its body, and the first node of this.

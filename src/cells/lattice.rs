@@ -159,16 +159,14 @@ impl<const D: usize> Lattice<D> {
     /// The mean directions in which neighbours stand, node by node; none where all are along the axes.
     fn measured_lines(&self) -> Vec<SMatrix<f64, D, D>> {
         let lines = |node: usize| {
-            let columns: [Point<D>; D] = array_of(|axis| {
-                let directions = self.neighbours(node).filter(|(along, ..)| *along == axis);
-                let sum: Point<D> =
-                    directions.map(|(_, up, direction)| direction.normalize() * if up { 1.0 } else { -1.0 }).sum();
-                sum.normalize()
+            let mut columns = [Point::<D>::zeros(); D];
+            self.neighbours(node, &mut |axis, up, direction| {
+                columns[axis] += direction.normalize() * if up { 1.0 } else { -1.0 };
             });
-            SMatrix::from_columns(&columns)
+            SMatrix::from_columns(&columns.each(|sum| sum.normalize()))
         };
-        let all = (0..self.positions.len()).map(lines);
-        if all.clone().all(|lines| along_axes(&lines)) { Vec::new() } else { all.collect() }
+        let all = list_of(self.positions.len(), lines);
+        if all.iter().all(along_axes) { Vec::new() } else { all }
     }
 
     /// Gives the cells the middles of a domain whose boundary is curved; `units` are the nodes in the unit cube.
@@ -237,15 +235,18 @@ impl<const D: usize> Lattice<D> {
         nodes
     }
 
-    /// The axis, whether it is the next one along it, and the way to each neighbour of a node.
-    pub(super) fn neighbours(&self, node: usize) -> impl Iterator<Item = (usize, bool, Point<D>)> + '_ {
+    /// Hands out the axis, whether it is the next one along it, and the way to each neighbour of a node.
+    pub(super) fn neighbours(&self, node: usize, with: &mut dyn FnMut(usize, bool, Point<D>)) {
         let index = unravel(node, &self.counts);
-        (0..D).flat_map(move |axis| [(axis, false), (axis, true)]).filter_map(move |(axis, up)| {
-            let mut other = index;
-            other[axis] = if up { index[axis] + 1 } else { index[axis].checked_sub(1)? };
-            let there = other[axis] < self.counts[axis];
-            there.then(|| (axis, up, self.positions[self.node(other)] - self.positions[node]))
-        })
+        for axis in 0..D {
+            for up in [false, true] {
+                let mut other = index;
+                other[axis] = if up { index[axis] + 1 } else { index[axis].wrapping_sub(1) };
+                if other[axis] < self.counts[axis] {
+                    with(axis, up, self.positions[self.node(other)] - self.positions[node]);
+                }
+            }
+        }
     }
 
     fn validate(&self) -> Result<(), GeometryError> {

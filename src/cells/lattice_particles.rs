@@ -72,9 +72,9 @@ impl<const D: usize> Lattice<D> {
     /// their mean 0.44, 0.29, 0.23; of boxes along the axes 0.56, 0.37, 0.28. Rectangular cells make all three alike.
     fn half_axes(&self, node: usize, lines: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
         let turn = rotation(lines);
-        let across = self.spacing_along(node, |direction| turn.tr_mul(direction));
+        let across = self.spacing_along(node, &|direction| turn.tr_mul(direction));
         let inverse = Support::Parallelepiped(*lines).inverse_axes().unwrap_or_else(|| turn.transpose());
-        let along = self.spacing_along(node, |direction| inverse * direction);
+        let along = self.spacing_along(node, &|direction| inverse * direction);
         (lines * SMatrix::from_diagonal(&along) + turn * SMatrix::from_diagonal(&across)) * 0.5
     }
 
@@ -84,15 +84,14 @@ impl<const D: usize> Lattice<D> {
         if node >= self.positions.len() {
             return Point::repeat(f64::NAN);
         }
-        self.spacing_along(node, |offset| *offset)
+        self.spacing_along(node, &|offset| *offset)
     }
 
     /// The largest components of the offsets to neighbours on the lattice.
-    fn spacing_along(&self, node: usize, components: impl Fn(&Point<D>) -> Point<D>) -> Point<D> {
-        let largest = |spacing: Point<D>, direction: Point<D>| {
-            spacing.zip_map(&components(&direction), |s, direction| s.max(direction.abs()))
-        };
-        self.neighbours(node).map(|(_, _, direction)| direction).fold(Point::zeros(), largest)
+    fn spacing_along(&self, node: usize, components: &dyn Fn(&Point<D>) -> Point<D>) -> Point<D> {
+        let mut spacing = Point::<D>::zeros();
+        self.neighbours(node, &mut |_, _, direction| spacing = spacing.sup(&components(&direction).abs()));
+        spacing
     }
 
     /// Box supports from the largest spacing of the whole set along each coordinate: $a_i = 2 r d_i^{\max}$ (6.1), as the

@@ -18,7 +18,7 @@ use super::locator::Locator;
 use super::zones::{Graph, stars};
 use super::{BoundaryCells, Cells, Smoothing, Zones};
 use bricks::{interior, opposite, side_points};
-use faces::{Faces, Piece};
+use faces::Faces;
 
 /// Particles at the nodes of a mesh, its cells between them: tetrahedra, hexahedra and prisms in space, triangles and
 /// quadrangles in the plane, mixed as they come.
@@ -139,30 +139,6 @@ impl<const D: usize> Unstructured<D> {
     pub fn mesh(&self) -> &Mesh<D> {
         &self.mesh
     }
-
-    /// Pieces of a part, or of the whole boundary.
-    fn pieces(&self, part: &Part) -> Result<Vec<&Piece>, GeometryError> {
-        let found: Vec<&Piece> = match part {
-            Part::Whole => self.faces.pieces.iter().collect(),
-            Part::Named(name) => self.faces.pieces.iter().filter(|piece| piece.names.contains(name)).collect(),
-            Part::Face { .. } => Vec::new(),
-        };
-        if found.is_empty() {
-            let mut names: Vec<&str> =
-                self.faces.pieces.iter().flat_map(|piece| &piece.names).map(String::as_str).collect();
-            names.sort_unstable();
-            names.dedup();
-            let known = match names.is_empty() {
-                true => {
-                    "no named parts (physical groups in Gmsh), but the whole boundary, and some of it by Place::within"
-                        .to_string()
-                }
-                false => format!("{}, and the whole boundary", names.join(", ")),
-            };
-            return Err(GeometryError::UnknownPart { part: part.to_string(), known });
-        }
-        Ok(found)
-    }
 }
 
 /// Mean distances to the neighbours, averaged over them: supports of unequal size beside each other cost accuracy.
@@ -227,11 +203,17 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
 
     fn zones(&self, size: usize) -> Zones {
         let cells: Vec<&[u32]> = list_of(self.cell_count(), |cell| self.mesh.cell(cell).1);
-        let beside = |cell: usize| -> Box<dyn Iterator<Item = (u32, f64)> + '_> {
-            let faces = (0..self.mesh.cell(cell).0.faces().len()).map(move |side| self.faces.of(cell, side));
-            let around = faces.flat_map(move |face| self.faces.beside(face).each(|other| (other, face)));
-            let others = around.filter(move |&(other, _)| other != faces::NONE && other as usize != cell);
-            Box::new(others.map(|(other, face)| (other, self.faces.measure(self.mesh.points(), face))))
+        let beside = |cell: usize| {
+            let mut sides = Vec::new();
+            for side in 0..self.mesh.cell(cell).0.faces().len() {
+                let face = self.faces.of(cell, side);
+                for other in self.faces.beside(face) {
+                    if other != faces::NONE && other as usize != cell {
+                        sides.push((other, self.faces.measure(self.mesh.points(), face)));
+                    }
+                }
+            }
+            sides
         };
         stars(&cells, &self.around, &self.on_boundary, size, &beside)
     }
@@ -375,12 +357,12 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
             rule.0.extend(points.iter().map(|x| (piece as f64 + x) / pieces as f64));
             rule.1.extend(weights.iter().map(|w| w / pieces as f64));
         }
-        Ok(self.pieces(part)?.into_iter().map(|piece| self.facets(piece, &rule)).collect())
+        Ok(self.faces.pieces_of(part)?.mapped(|piece| self.facets(piece, &rule)))
     }
 
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
         let mut nodes = Vec::new();
-        for piece in self.pieces(part)? {
+        for piece in self.faces.pieces_of(part)? {
             for &face in &piece.faces {
                 for &node in self.faces.corners(face as usize) {
                     nodes.push(node as usize);

@@ -233,11 +233,7 @@ fn seeds(neighbours: &Graph, on_boundary: &[bool], size: usize) -> Vec<u32> {
 
 /// Gives each cell without a zone to the smallest zone beside it, from the zones outward; where there is none (thin
 /// parts with boundary particles alone) a cell becomes one.
-fn grow<'a>(
-    mut zone_of: Vec<u32>,
-    mut zones: usize,
-    beside: &dyn Fn(usize) -> Box<dyn Iterator<Item = u32> + 'a>,
-) -> Zones {
+fn grow(mut zone_of: Vec<u32>, mut zones: usize, beside: &dyn Fn(usize) -> Vec<u32>) -> Zones {
     let mut sizes = vec![0usize; zones];
     for &zone in zone_of.iter().filter(|z| **z != NONE) {
         sizes[zone as usize] += 1;
@@ -246,7 +242,7 @@ fn grow<'a>(
     while !left.is_empty() {
         let mut joined = Vec::new();
         for &cell in &left {
-            let around = beside(cell).map(|other| zone_of[other as usize]).filter(|z| *z != NONE);
+            let around = beside(cell).into_iter().map(|other| zone_of[other as usize]).filter(|z| *z != NONE);
             if let Some(zone) = around.min_by_key(|z| (sizes[*z as usize], *z)) {
                 joined.push((cell, zone));
                 sizes[zone as usize] += 1;
@@ -277,12 +273,12 @@ const INNER: f64 = 3.0;
 
 /// Groups the cells of any mesh into zones: stars of inner particles that share no cell, `around` having the particles that
 /// share cells and `beside` the cells beside one with the measure of the side between; each cell that is left joins the smallest zone beside it, and zones with few inner particles join others.
-pub(super) fn stars<'a>(
+pub(super) fn stars(
     cells: &[&[u32]],
     around: &Graph,
     on_boundary: &[bool],
     size: usize,
-    beside: &dyn Fn(usize) -> Box<dyn Iterator<Item = (u32, f64)> + 'a>,
+    beside: &dyn Fn(usize) -> Vec<(u32, f64)>,
 ) -> Zones {
     if size <= 1 {
         return Zones::single(cells.len());
@@ -300,7 +296,7 @@ pub(super) fn stars<'a>(
     // No cell holds two seeds.
     let seed_of = |corners: &&[u32]| corners.iter().find_map(|&c| Some(seeded[c as usize]).filter(|z| *z != NONE));
     let zone_of = cells.mapped(|corners| seed_of(corners).unwrap_or(NONE));
-    let zones = grow(zone_of, seeds.len(), &|cell| Box::new(beside(cell).map(|side| side.0)));
+    let zones = grow(zone_of, seeds.len(), &|cell| beside(cell).mapped(|side| side.0));
     let mut zone_of = vec![0u32; cells.len()];
     for (zone, range) in zones.offsets.windows(2).enumerate() {
         for &cell in &zones.cells[range[0]..range[1]] {
@@ -331,12 +327,12 @@ fn far(around: &Graph, seeds: &[u32]) -> Vec<bool> {
 
 /// Joins zones with fewer than [`INNER`] inner particles to others: with the whole boundary held there
 /// would be as many pressures as displacements.
-fn join_poor<'a>(
+fn join_poor(
     zone_of: &mut [u32],
     zones: usize,
     cells: &[&[u32]],
     free: &[bool],
-    beside: &dyn Fn(usize) -> Box<dyn Iterator<Item = (u32, f64)> + 'a>,
+    beside: &dyn Fn(usize) -> Vec<(u32, f64)>,
 ) -> Zones {
     // A particle counts in parts for the zones of the cells around it.
     let mut around = vec![0u32; free.len()];
@@ -430,12 +426,8 @@ pub(crate) fn zones(mesh: &Mesh, size: usize) -> Zones {
     }
     grow(zone_of, seeds.len(), &|triangle| {
         let edges = mesh.triangle_edges[triangle];
-        Box::new(
-            edges
-                .into_iter()
-                .flat_map(|e| mesh.beside[e as usize])
-                .filter(move |&t| t != NONE && t as usize != triangle),
-        )
+        let around = edges.into_iter().flat_map(|e| mesh.beside[e as usize]);
+        around.filter(|&t| t != NONE && t as usize != triangle).collect()
     })
 }
 
@@ -452,7 +444,7 @@ pub(crate) fn particle_zones(mesh: &Mesh, size: usize) -> Zones {
         zone_of[seed as usize] = zone as u32;
     }
     let row = |p: usize| &neighbours[offsets[p]..offsets[p + 1]];
-    grow(zone_of, seeds.len(), &|particle| Box::new(row(particle).iter().copied()))
+    grow(zone_of, seeds.len(), &|particle| row(particle).to_vec())
 }
 
 /// Cells ordered by their zone.

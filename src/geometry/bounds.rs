@@ -17,7 +17,11 @@ impl<const D: usize> Bounds<D> {
 
     /// The box of some points.
     pub(crate) fn of<'a>(points: impl IntoIterator<Item = &'a Point<D>>) -> Self {
-        points.into_iter().fold(Bounds::none(), |bounds, x| bounds.join(&Bounds { low: *x, high: *x }))
+        let mut bounds = Bounds::none();
+        for x in points {
+            bounds = bounds.join(&Bounds { low: *x, high: *x });
+        }
+        bounds
     }
 
     /// The box of two boxes.

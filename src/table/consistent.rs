@@ -57,15 +57,17 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
     let slots = D + usize::from(!hoops.is_empty());
     let measured = Measured::new(kinematics, hoops.len(), smoothing)?;
     let facets = Facets::<D, Q>::integrate(approximation, smoothing, &measured)?;
-    let mut starts = vec![0];
+    let (mut starts, mut positions) = (vec![0], Vec::new());
     for (points, centre) in smoothing.interior.iter().zip(&smoothing.centres) {
         if points.len() <= D {
             return Err(too_few(centre));
         }
-        starts.push(starts[starts.len() - 1] + points.len());
+        for (at, _) in points {
+            positions.push(*at);
+        }
+        starts.push(positions.len());
     }
     let groups: Vec<usize> = smoothing.groups.mapped(|&cell| starts[cell]);
-    let positions = smoothing.interior.iter().flatten().map(|(at, _)| *at).collect();
     let (mut rows, clusters) =
         rows(&groups, &|SubCell { values, psi, cell: known, list, inverse }: &mut SubCell<D, Q>,
                         point,

@@ -16,8 +16,17 @@ pub(super) fn check_functions<const D: usize>(
         let (given, particles) = (psi.gradients.len(), psi.nodes.len());
         return Err(ApproximationError::Length { what: "gradients at a point", given, particles });
     }
-    let finite = psi.gradients.iter().flat_map(|g| g.iter());
-    check_finite("the gradient of a shape function", finite, at)
+    let mut finite = true;
+    for gradient in &psi.gradients {
+        for i in 0..D {
+            finite &= gradient[i].is_finite();
+        }
+    }
+    if finite {
+        return Ok(());
+    }
+    let check = |g: &Point<D>| check_finite("the gradient of a shape function", g.as_slice(), at.as_slice());
+    psi.gradients.iter().try_for_each(check)
 }
 
 /// The same for values alone: smoothed tables need no gradients.
@@ -38,19 +47,15 @@ pub(crate) fn check_values<const D: usize>(
             remedy: "list each node once, by rising index",
         });
     }
-    check_finite("the value of a shape function", psi.values.iter(), at)
+    check_finite("the value of a shape function", &psi.values, at.as_slice())
 }
 
-fn check_finite<'a, const D: usize>(
-    what: &'static str,
-    numbers: impl Iterator<Item = &'a f64> + Clone,
-    at: &Point<D>,
-) -> Result<(), ApproximationError> {
+fn check_finite(what: &'static str, numbers: &[f64], at: &[f64]) -> Result<(), ApproximationError> {
     // Without a way out in the middle whole registers are compared at once.
-    if numbers.clone().fold(true, |finite, x| finite & x.is_finite()) {
+    if numbers.iter().fold(true, |finite, x| finite & x.is_finite()) {
         return Ok(());
     }
-    let value = numbers.copied().find(|x| !x.is_finite()).unwrap_or(f64::NAN);
-    let (at, remedy) = (format!("X = {:?}", at.as_slice()), "an approximation gives finite values and gradients");
+    let value = numbers.iter().copied().find(|x| !x.is_finite()).unwrap_or(f64::NAN);
+    let (at, remedy) = (format!("X = {at:?}"), "an approximation gives finite values and gradients");
     Err(ApproximationError::Function { what, value, at, remedy })
 }

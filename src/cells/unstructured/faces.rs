@@ -5,8 +5,8 @@ use std::collections::{HashMap, HashSet};
 use nalgebra::Vector3;
 
 use crate::each::{Each, EachOf, list_of, point_of};
-use crate::error::MeshError;
-use crate::geometry::{Point, padded};
+use crate::error::{GeometryError, MeshError};
+use crate::geometry::{Part, Point, padded};
 use crate::mesh::{Mesh, face_key};
 use crate::order;
 
@@ -113,6 +113,29 @@ impl Faces {
     /// Faces on the boundary.
     pub(crate) fn boundary(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.beside.len()).filter(|&face| self.beside[face][1] == NONE)
+    }
+
+    /// Pieces of a part, or of the whole boundary.
+    pub(crate) fn pieces_of(&self, part: &Part) -> Result<Vec<&Piece>, GeometryError> {
+        let found: Vec<&Piece> = match part {
+            Part::Whole => self.pieces.iter().collect(),
+            Part::Named(name) => self.pieces.iter().filter(|piece| piece.names.contains(name)).collect(),
+            Part::Face { .. } => Vec::new(),
+        };
+        if found.is_empty() {
+            let mut names: Vec<&str> = self.pieces.iter().flat_map(|piece| &piece.names).map(String::as_str).collect();
+            names.sort_unstable();
+            names.dedup();
+            let known = match names.is_empty() {
+                true => {
+                    "no named parts (physical groups in Gmsh), but the whole boundary, and some of it by Place::within"
+                        .to_string()
+                }
+                false => format!("{}, and the whole boundary", names.join(", ")),
+            };
+            return Err(GeometryError::UnknownPart { part: part.to_string(), known });
+        }
+        Ok(found)
     }
 
     /// Unit normal of a face, outward of the first cell beside it.
