@@ -19,6 +19,21 @@ pub(crate) trait Each<T> {
     fn summed<'a>(&'a self, f: impl FnMut(&'a T) -> f64) -> f64
     where
         T: 'a;
+
+    /// The largest of zero and the values.
+    fn largest<'a>(&'a self, f: impl FnMut(&'a T) -> f64) -> f64
+    where
+        T: 'a;
+
+    /// Values of each item with that of another list in its place, as far as both go.
+    fn paired<'a, S, U>(&'a self, others: &'a [S], f: impl FnMut(&'a T, &'a S) -> U) -> Vec<U>
+    where
+        T: 'a;
+
+    /// The sum of those.
+    fn pair_sum<'a, S>(&'a self, others: &'a [S], f: impl FnMut(&'a T, &'a S) -> f64) -> f64
+    where
+        T: 'a;
 }
 
 impl<T> Each<T> for [T] {
@@ -44,6 +59,37 @@ impl<T> Each<T> for [T] {
             sum += f(item);
         }
         sum
+    }
+
+    fn largest<'a>(&'a self, mut f: impl FnMut(&'a T) -> f64) -> f64 {
+        let mut largest = 0.0f64;
+        for item in self {
+            largest = largest.max(f(item));
+        }
+        largest
+    }
+
+    fn paired<'a, S, U>(&'a self, others: &'a [S], mut f: impl FnMut(&'a T, &'a S) -> U) -> Vec<U> {
+        list_of(self.len().min(others.len()), |i| f(&self[i], &others[i]))
+    }
+
+    fn pair_sum<'a, S>(&'a self, others: &'a [S], mut f: impl FnMut(&'a T, &'a S) -> f64) -> f64 {
+        sum_of(self.len().min(others.len()), |i| f(&self[i], &others[i]))
+    }
+}
+
+/// Values of a function of each item of a list that is taken apart.
+pub(crate) trait IntoEach<T> {
+    fn into_mapped<U>(self, f: impl FnMut(T) -> U) -> Vec<U>;
+}
+
+impl<T> IntoEach<T> for Vec<T> {
+    fn into_mapped<U>(self, mut f: impl FnMut(T) -> U) -> Vec<U> {
+        let mut values = room(self.len());
+        for item in self {
+            values.push(f(item));
+        }
+        values
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::SMatrix;
 
-use crate::each::{Each, point_of, sum_of};
+use crate::each::{Each, IntoEach, point_of, sum_of};
 use crate::error::ApproximationError;
 use crate::geometry::Point;
 use crate::neighbours::BoxTree;
@@ -117,7 +117,7 @@ impl<const D: usize> Particles<D> {
             let second = distances(2);
             check_places(&positions, &|particle| Point::repeat(second[particle]))?;
         }
-        let supports = distances(rank).into_iter().map(|d| Support::Ball(factor * d)).collect();
+        let supports = distances(rank).into_mapped(|d| Support::Ball(factor * d));
         Particles::new(positions, supports)
     }
 

@@ -1,7 +1,7 @@
 //! Unknowns that others express, in dense blocks bound to a pattern.
 
 use crate::assembly::Pattern;
-use crate::each::EachOf;
+use crate::each::{EachOf, IntoEach};
 use crate::simd::{Arithmetic, Task, dispatch};
 
 use super::enforced::Eliminated;
@@ -30,7 +30,7 @@ pub(super) struct Block {
 impl Block {
     pub(super) fn new(eliminated: Eliminated, places: &[u32]) -> Self {
         let Eliminated { unknowns, free, transfer, equations, offsets } = eliminated;
-        let free: Vec<u32> = free.into_iter().map(|unknown| places[unknown]).collect();
+        let free: Vec<u32> = free.into_mapped(|unknown| places[unknown]);
         let (coupled, beside, between) = (free.clone(), Vec::new(), Vec::new());
         let (places, values) = (Vec::new(), Vec::new());
         Block { unknowns, free, transfer, equations, offsets, coupled, places, beside, between, values }

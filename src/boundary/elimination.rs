@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::assembly::Pattern;
-use crate::each::{Each, list_of};
+use crate::each::{Each, IntoEach, list_of};
 use crate::error::BoundaryError;
 use crate::geometry::Disjoint;
 use crate::linear::{Direct, LinearSolver, LinearSystem, MatrixClass};
@@ -41,7 +41,7 @@ pub(super) fn eliminate(equations: &[ConstraintEquation], limit: usize) -> Resul
             transfer.extend(free.iter().map(|&j| -row[j]));
             offsets.extend_from_slice(&row[n..]);
         }
-        let [expressed, free] = [pivots, free].map(|columns| columns.into_iter().map(|j| unknowns[j]).collect());
+        let [expressed, free] = [pivots, free].map(|columns| columns.into_mapped(|j| unknowns[j]));
         Ok(Eliminated { unknowns: expressed, free, transfer, equations: members, offsets })
     };
     connected(equations).into_iter().map(group).collect()

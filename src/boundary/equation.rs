@@ -27,7 +27,7 @@ impl ConstraintEquation {
 
     /// $\max_k |c_k|$.
     pub(crate) fn largest(&self) -> f64 {
-        self.entries.iter().map(|entry| entry.1.abs()).fold(0.0, f64::max)
+        self.entries.largest(|entry| entry.1.abs())
     }
 
     /// Its coefficients that are not zero over the largest one, and one over that.

@@ -162,7 +162,7 @@ fn owners(claims: &[Claim], by_normal: bool) -> Vec<usize> {
     let mut left: Vec<usize> = (0..claims.len()).collect();
     let (mut taken, mut prescriptions) = (Vec::with_capacity(claims.len()), Vec::with_capacity(claims.len()));
     while !left.is_empty() {
-        let most = left.iter().map(|&claim| facing(claim)).fold(0.0, f64::max);
+        let most = left.largest(|&claim| facing(claim));
         let Some(&next) = left.iter().find(|claim| facing(**claim) >= most - TIE) else { break };
         taken.push(next);
         prescriptions.push(claims[next].prescription.clone());

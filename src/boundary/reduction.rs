@@ -1,7 +1,7 @@
 //! The equations of equilibrium under constraint equations, as their enforcement reduces them.
 
 use crate::assembly::{Pattern, System};
-use crate::each::Each;
+use crate::each::{Each, IntoEach};
 use crate::error::BoundaryError;
 use crate::linear::MatrixClass;
 
@@ -100,7 +100,7 @@ impl Reduction {
         let reduced = Pattern::from_columns(columns);
         blocks.iter_mut().for_each(|block| block.find(&reduced));
         let find = |[row, column]: [u32; 2]| reduced.find(row as usize, column as usize).unwrap_or(0) as u32;
-        let added = added.into_iter().map(|(entry, value)| (find(entry), value)).collect();
+        let added = added.into_mapped(|(entry, value)| (find(entry), value));
         let destinations = numbering.destinations(pattern, &reduced);
         Ok(Reduction { pattern: reduced, numbering, blocks, rows, multipliers, destinations, added, stiffness: 1.0 })
     }

@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
-use crate::each::{Each, EachOf, array_of};
+use crate::each::{Each, EachOf, IntoEach, array_of};
 use crate::error::{ApproximationError, GeometryError, Invalid};
 use crate::geometry::{Part, Point};
 use crate::order;
@@ -559,7 +559,7 @@ impl CutLattice {
         });
         let spread = Spread { positions: &self.placed.positions, scales: &self.placed.scales };
         let found = assign(spread, sites, &beside.collect::<Vec<_>>(), positive);
-        Ok(found.into_iter().map(|(places, groups, traces)| self.boundary_cells(&places, groups, traces)).collect())
+        Ok(found.into_mapped(|(places, groups, traces)| self.boundary_cells(&places, groups, traces)))
     }
 
     fn boundary_cells(&self, places: &[Place], groups: Vec<usize>, traces: Vec<Vec<(u32, f64)>>) -> BoundaryCells<3> {

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
 
-use crate::each::{Each, EachOf};
+use crate::each::{Each, EachOf, IntoEach};
 use crate::error::GeometryError;
 use crate::geometry::{Curve, Point, Region};
 use crate::order;
@@ -396,5 +396,5 @@ fn inside(delaunay: &ConstrainedDelaunayTriangulation<Point2<f64>>) -> Vec<bool>
             }
         }
     }
-    inside.into_iter().map(|inside| inside == Some(true)).collect()
+    inside.into_mapped(|inside| inside == Some(true))
 }

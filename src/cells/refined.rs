@@ -358,7 +358,7 @@ fn half_axes(directions: &[Vec<Point<2>>; 2]) -> Matrix2<f64> {
     let column = |directions: &Vec<Point<2>>| {
         let up =
             |direction: &Point<2>| direction.normalize() * if direction.dot(&directions[0]) < 0.0 { -1.0 } else { 1.0 };
-        let longest = directions.iter().map(|direction| direction.norm()).fold(0.0, f64::max);
+        let longest = directions.largest(|direction| direction.norm());
         directions.iter().map(up).sum::<Point<2>>().normalize() * longest
     };
     Matrix2::from_columns(&[column(&directions[0]), column(&directions[1])])

@@ -182,9 +182,7 @@ impl<const D: usize> Smoothing<D> {
                     return f64::NAN;
                 }
                 match (self.facet_points.get(points.clone()), self.facet_areas.get(points)) {
-                    (Some(at), Some(areas)) => {
-                        at.iter().zip(areas).map(|(x, area)| sign * (x - origin).dot(area)).sum()
-                    }
+                    (Some(at), Some(areas)) => at.pair_sum(areas, |x, area| sign * (x - origin).dot(area)),
                     _ => f64::NAN,
                 }
             };

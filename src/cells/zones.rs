@@ -286,7 +286,7 @@ pub(super) fn stars(
     let mut seeds = seeds(around, on_boundary, size);
     // Where a body is one cell thick there are no inner particles: those of its boundary stand in for them.
     let thin = far(around, &seeds);
-    let free: Vec<bool> = on_boundary.iter().zip(&thin).map(|(on, thin)| !on || *thin).collect();
+    let free: Vec<bool> = on_boundary.paired(&thin, |on, thin| !on || *thin);
     let others: Vec<bool> = thin.mapped(|thin| !thin);
     seeds.extend(self::seeds(around, &others, size));
     let mut seeded = vec![NONE; on_boundary.len()];

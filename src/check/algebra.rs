@@ -3,6 +3,7 @@
 use nalgebra::{Cholesky, ColPivQR, DMatrix, DVector, Dyn};
 
 use crate::assembly::{Model, Pattern, StateRef, System};
+use crate::each::Each;
 use crate::error::LinearError;
 use crate::linear::{Direct, LinearSolver, LinearSystem, MatrixClass};
 
@@ -135,7 +136,7 @@ impl Pencil {
         if n == 0 {
             return Ok(Ends { smallest: f64::NAN, largest: f64::NAN, below: 0 });
         }
-        let shifted: Vec<f64> = self.a.iter().zip(&self.b).map(|(a, b)| a - bound * b).collect();
+        let shifted: Vec<f64> = self.a.paired(&self.b, |a, b| a - bound * b);
         let mut direct = Direct::of(&self.pattern, MatrixClass::Definite, None)?;
         let below = direct.factorize(&LinearSystem::of(&shifted))?.map_or(0, |inertia| inertia.negative);
         let b = LinearSystem::of(&self.b);

@@ -76,7 +76,7 @@ fn solve(solver: &dyn LinearSolver, case: &Case) -> Result<[f64; 3], LinearError
         solver.solve(&system, &mut x, None)?;
         let mut product = vec![0.0; n];
         case.pattern.multiply_add(values, &x, &mut product);
-        let error = product.iter().zip(&rhs).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+        let error = product.pair_sum(&rhs, |a, b| (a - b) * (a - b)).sqrt();
         Ok((error / rhs.summed(|b| b * b).sqrt(), inertia))
     };
     let (first, inertia) = residual(&case.values)?;

@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::assembly::Model;
 use crate::compiled::compiled;
+use crate::each::IntoEach;
 use crate::error::Error;
 use crate::geometry::{Point, RigidMode};
 use crate::quadrature::Points;
@@ -121,7 +122,7 @@ fn rigid_motions<const D: usize>(positions: &[Point<D>], tangent: &DMatrix<f64>)
     let unknowns = tangent.nrows();
     let centre = positions.iter().sum::<Point<D>>() / positions.len() as f64;
     let motion = |mode: RigidMode| DMatrix::from_fn(unknowns, 1, |k, _| mode.at(&(positions[k / D] - centre))[k % D]);
-    let mut motions: Vec<DMatrix<f64>> = RigidMode::all(D).into_iter().map(motion).collect();
+    let mut motions: Vec<DMatrix<f64>> = RigidMode::all(D).into_mapped(motion);
     let stiffness = tangent.diagonal().max();
     motions.retain(|m| (tangent * m).dot(m) <= RIGID * stiffness * m.norm_squared());
     DMatrix::from_fn(unknowns, motions.len(), |row, column| motions[column][row] / motions[column].norm())

@@ -235,7 +235,7 @@ impl<'a> Probe<'a> {
                 let energies = [self.energy(cluster, &plus, &l_plus), self.energy(cluster, &minus, &l_minus)];
                 if energies != [0.0; 2] {
                     stored = true;
-                    let work: f64 = element.residual.iter().zip(&direction).map(|(r, v)| r * v).sum();
+                    let work: f64 = element.residual.pair_sum(&direction, |r, v| r * v);
                     let error = (energies[0] - energies[1]) / (2.0 * self.step) - work;
                     let size = forces * norm(&direction) + (energies[0].abs() + energies[1].abs()) * 1e-10 / self.step;
                     residual.see(error.abs() / size, place);
@@ -243,14 +243,14 @@ impl<'a> Probe<'a> {
                 let above = self.linearize(cluster, &plus, self.load, &l_plus, false).residual;
                 let below = self.linearize(cluster, &minus, self.load, &l_minus, false).residual;
                 let product = multiply(&full, &direction);
-                let change: Vec<f64> = above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * self.step)).collect();
+                let change: Vec<f64> = above.paired(&below, |a, b| (a - b) / (2.0 * self.step));
                 // Rounding of the forces counts too: that of a difference of two large numbers.
                 let size = norm(&product) + forces * 1e-10 / self.step;
                 matrix.see(relative(&change, &product, size), place);
 
                 let range = self.term.unknowns(cluster);
                 if !range.is_empty() {
-                    let step: Vec<f64> = plus.iter().zip(&minus).map(|(a, b)| (a - b) / (2.0 * self.step)).collect();
+                    let step: Vec<f64> = plus.paired(&minus, |a, b| (a - b) / (2.0 * self.step));
                     let mut increments = Vec::new();
                     self.advance(cluster, self.displacement, self.load, base, &step, &mut increments);
                     let change: Vec<f64> =
@@ -265,7 +265,7 @@ impl<'a> Probe<'a> {
             {
                 let above = self.linearize(cluster, self.displacement, above, &l_above, false).residual;
                 let below = self.linearize(cluster, self.displacement, below, &l_below, false).residual;
-                let change: Vec<f64> = above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * STEP)).collect();
+                let change: Vec<f64> = above.paired(&below, |a, b| (a - b) / (2.0 * STEP));
                 let size = norm(&element.load_slope) + forces * 1e-10 / STEP;
                 slope.see(relative(&change, &element.load_slope, size), place);
             } else {
@@ -321,6 +321,6 @@ fn multiply(matrix: &[f64], x: &[f64]) -> Vec<f64> {
 
 /// $|a - b|$ over a size; zero where both are.
 fn relative(a: &[f64], b: &[f64], size: f64) -> f64 {
-    let error = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+    let error = a.pair_sum(b, |a, b| (a - b) * (a - b)).sqrt();
     if error == 0.0 { 0.0 } else { error / size }
 }

@@ -51,7 +51,7 @@ fn dot_of_piece<A: Copy + Into<f64>>(a: &[A], b: &[f64]) -> f64 {
             sums[l] += a[l].into() * b[l];
         }
     }
-    sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| (*a).into() * b).sum::<f64>()
+    sums.iter().sum::<f64>() + a_rest.pair_sum(b_rest, |a, b| (*a).into() * b)
 }
 
 /// A vector times a number, in single precision.

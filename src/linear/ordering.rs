@@ -1,6 +1,7 @@
 //! Fill-reducing orders from the positions of the unknowns.
 
 use crate::assembly::Pattern;
+use crate::each::IntoEach;
 
 /// A cut is worth while where the separator is smaller than this part of the smaller half: separators of wide supports
 /// would otherwise eat up what they part. Operations of factors in space, counted with 9, 13 and 17 particles a side in
@@ -198,7 +199,7 @@ pub fn nested_dissection(
         let upper = set.split_off(cut.below);
         let (separator, lower): (Vec<(usize, usize)>, _) =
             set.into_iter().enumerate().partition(|&(place, _)| knife.last[place] as usize >= cut.below);
-        let unknowns = |part: Vec<(usize, usize)>| part.into_iter().map(|(_, i)| i).collect();
+        let unknowns = |part: Vec<(usize, usize)>| part.into_mapped(|(_, i)| i);
         stack.push(Task::Emit(unknowns(separator)));
         stack.push(Task::Cut(upper));
         stack.push(Task::Cut(unknowns(lower)));

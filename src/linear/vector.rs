@@ -1,7 +1,7 @@
 //! Sums over vectors.
-
+use crate::each::Each;
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    a.pair_sum(b, |a, b| a * b)
 }
 
 pub(crate) fn norm(v: &[f64]) -> f64 {

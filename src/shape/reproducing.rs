@@ -8,7 +8,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, SMatrix};
 
 use crate::basis::Basis;
-use crate::each::{array_of, point_of};
+use crate::each::{Each, array_of, point_of};
 use crate::error::ApproximationError;
 use crate::geometry::Point;
 use crate::kernel::Kernel;
@@ -139,8 +139,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
                 DMatrix::from_fn(D, D, |i, j| inverse[(i, j)]).determinant().abs()
             }
         };
-        let densities =
-            particles.volumes().iter().zip(&reaches).map(|(volume, reach)| volume * measure(reach)).collect();
+        let densities = particles.volumes().paired(&reaches, |volume, reach| volume * measure(reach));
         Ok(ReproducingKernel {
             reaches,
             inverse_axes,

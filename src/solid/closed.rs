@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::each::{Each, EachOf};
+use crate::each::{Each, EachOf, IntoEach};
 use crate::error::{GeometryError, Invalid, SolidError};
 use crate::geometry::{Block, Point};
 use crate::mesh::Mesh;
@@ -204,7 +204,7 @@ impl Solid3 {
                 widest[part as usize] = (area, k);
             }
         }
-        (part, widest.into_iter().map(|(_, facet)| facet).collect())
+        (part, widest.into_mapped(|(_, facet)| facet))
     }
 
     /// How often the surface winds about points just in front of and just behind a facet.

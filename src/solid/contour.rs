@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use crate::each::{EachOf, array_of, list_of, point_of};
+use crate::each::{Each, EachOf, array_of, list_of, point_of};
 use crate::error::{GeometryError, SolidError};
 use crate::geometry::{Block, Point};
 use crate::parallel::map_with;
@@ -299,8 +299,7 @@ fn triangles(program: &Program, crossed: &[Crossed], vertices: &[Point<3>]) -> (
         let normal = program.surfaces[crossing.surface as usize].gradient(&centre) * crossing.sign;
         // The diagonal whose worse triangle is the better one, seen along the normal.
         let quality = |[a, b, c]: [usize; 3]| {
-            let longest =
-                [(a, b), (b, c), (c, a)].iter().map(|&(i, j)| (x[i] - x[j]).norm_squared()).fold(0.0, f64::max);
+            let longest = [(a, b), (b, c), (c, a)].largest(|&(i, j)| (x[i] - x[j]).norm_squared());
             (x[b] - x[a]).cross(&(x[c] - x[a])).dot(&normal) / longest.max(f64::MIN_POSITIVE)
         };
         let pairs = [[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]];

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::each::IntoEach;
 use crate::geometry::{Disjoint, Point};
 
 use super::closed::Solid3;
@@ -83,7 +84,7 @@ impl Solid3 {
                 start = end;
             }
         }
-        patches.into_iter().map(|(_, facets)| facets).collect()
+        patches.into_mapped(|(_, facets)| facets)
     }
 
     fn half_edges(&self) -> Vec<HalfEdge> {

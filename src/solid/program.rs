@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Rotation3;
 
-use crate::each::Each;
+use crate::each::{Each, IntoEach};
 use crate::geometry::Point;
 
 use super::surface::Surface;
@@ -24,7 +24,7 @@ pub(super) enum Node {
 
 impl Node {
     pub(crate) fn complement(self) -> Self {
-        let all = |members: Vec<Node>| members.into_iter().map(Node::complement).collect();
+        let all = |members: Vec<Node>| members.into_mapped(Node::complement);
         match self {
             Node::Surface { surface, flipped, name } => Node::Surface { surface, flipped: !flipped, name },
             Node::Union(members) => Node::Intersection(all(members)),
@@ -33,7 +33,7 @@ impl Node {
     }
 
     pub(crate) fn moved(self, by: &Rotation3<f64>, to: &Point<3>) -> Self {
-        let all = |members: Vec<Node>| members.into_iter().map(|node| node.moved(by, to)).collect();
+        let all = |members: Vec<Node>| members.into_mapped(|node| node.moved(by, to));
         match self {
             Node::Surface { surface, flipped, name } => Node::Surface { surface: surface.moved(by, to), flipped, name },
             Node::Union(members) => Node::Union(all(members)),

@@ -1,5 +1,6 @@
 //! Facets of a solid chosen by place.
 
+use crate::each::Each;
 use crate::error::{GeometryError, Invalid, SolidError};
 use crate::geometry::Point;
 
@@ -123,7 +124,7 @@ impl Select {
     fn misses(&self, solid: &Solid3, facet: usize) -> f64 {
         let corners = solid.corners(facet);
         let own = solid.normals()[facet];
-        let furthest = |off: &dyn Fn(&Point<3>) -> f64| corners.iter().map(off).fold(0.0, f64::max);
+        let furthest = |off: &dyn Fn(&Point<3>) -> f64| corners.largest(off);
         let limit = |off: f64, fits: bool| if fits { off } else { f64::INFINITY };
         match &self.shape {
             Shape::Plane { point, normal } => {

@@ -239,7 +239,7 @@ impl Node {
             let normal = (b - a).cross(&(c - a)) * 0.5;
             self.dipole += normal;
             self.moment += normal * ((a + b + c) / 3.0 - self.centre).transpose();
-            let furthest = corners.iter().map(|x| (x - self.centre).norm()).fold(0.0, f64::max);
+            let furthest = corners.largest(|x| (x - self.centre).norm());
             self.radius = self.radius.max(furthest);
         }
     }

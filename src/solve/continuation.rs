@@ -2,6 +2,7 @@
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
+use crate::each::Each;
 use crate::error::{Cause, Doubt, DoubtCause, Driven, Error, Stalled};
 
 use super::analysis::Analysis;
@@ -186,8 +187,7 @@ impl<'a, 'o> Continuation<'a, 'o> {
         }
         let model = self.equilibrium.model;
         let size = model.largest_gradient(&attempt.displacement);
-        let change: Vec<f64> =
-            attempt.displacement.iter().zip(&self.state.displacement).map(|(new, old)| new - old).collect();
+        let change: Vec<f64> = attempt.displacement.paired(&self.state.displacement, |new, old| new - old);
         if model.largest_gradient(&change) <= LARGE_CHANGE * (1.0 + size) {
             return Ok(());
         }

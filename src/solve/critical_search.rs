@@ -1,5 +1,6 @@
 //! The search for critical points between two equilibria of a path.
 
+use crate::each::Each;
 use crate::linear::vector::dot;
 
 use super::critical::{CriticalKind, CriticalPoint};
@@ -84,7 +85,7 @@ impl Equilibrium<'_> {
 
 /// $c = d_B - d_A$.
 fn secant(low: &State, high: &State) -> Deflection {
-    Deflection { weights: high.displacement.iter().zip(&low.displacement).map(|(b, a)| b - a).collect() }
+    Deflection { weights: high.displacement.paired(&low.displacement, |b, a| b - a) }
 }
 
 /// Whether two states are as close as requested. The load is flat at a limit point: there the displacements decide,

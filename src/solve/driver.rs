@@ -24,7 +24,7 @@ pub(super) struct Arc {
 
 impl Functional for Arc {
     fn value(&self, displacement: &[f64]) -> f64 {
-        let sum: f64 = displacement.iter().zip(&self.from).map(|(d, n)| (d - n).powi(2)).sum();
+        let sum: f64 = displacement.pair_sum(&self.from, |d, n| (d - n).powi(2));
         (sum / self.from.len() as f64).sqrt()
     }
 
@@ -60,8 +60,7 @@ impl Equilibrium<'_> {
 
     pub(super) fn predict_own(&self, before: &State, state: &State, ratio: f64) -> State {
         let mut predicted = state.clone();
-        let step: Vec<f64> =
-            state.displacement.iter().zip(&before.displacement).map(|(now, then)| ratio * (now - then)).collect();
+        let step: Vec<f64> = state.displacement.paired(&before.displacement, |now, then| ratio * (now - then));
         let mut unused: Vec<Vec<f64>> = state.condensed.mapped(|l| vec![0.0; l.len()]);
         // Rigid surfaces move with the load: how far in a step leads is judged at the load that is predicted.
         predicted.load += ratio * (state.load - before.load);

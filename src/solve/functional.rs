@@ -1,5 +1,5 @@
 //! Functionals of the displacement that may control an analysis in place of the load.
-
+use crate::each::Each;
 /// A scalar function of the displacement that may control an analysis in place of the load.
 ///
 /// ```
@@ -36,7 +36,7 @@ pub struct Deflection {
 
 impl Functional for Deflection {
     fn value(&self, displacement: &[f64]) -> f64 {
-        self.weights.iter().zip(displacement).map(|(c, d)| c * d).sum()
+        self.weights.pair_sum(displacement, |c, d| c * d)
     }
 
     fn gradient(&self, _displacement: &[f64], out: &mut [f64]) {

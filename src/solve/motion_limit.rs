@@ -3,7 +3,7 @@
 
 use crate::assembly::Model;
 use crate::boundary::{ConstraintEquation, Constraints};
-use crate::each::Each;
+use crate::each::{Each, IntoEach};
 use crate::term::{Amplitude, Curve, straight_until};
 
 /// Curves shorter than this part of the longest one are rounding: points on the axis of a turn.
@@ -37,8 +37,8 @@ impl<'a> MotionLimit<'a> {
                 |&(own, factor): &(&ConstraintEquation, f64), load| factor * own.target * own.amplitude.value(load);
             Curve::new(Box::new(move |load| equations.mapped(|own| value(own, load))) as Position<'a>)
         };
-        let mut motions: Vec<_> = each.into_iter().map(curve).collect();
-        let longest = motions.iter().map(|curve| curve.extent).fold(0.0, f64::max);
+        let mut motions: Vec<_> = each.into_mapped(curve);
+        let longest = motions.largest(|curve| curve.extent);
         motions.retain(|curve| curve.extent > AT_REST * longest);
 
         let mut amplitudes: Vec<Amplitude> = Vec::new();
@@ -48,7 +48,7 @@ impl<'a> MotionLimit<'a> {
             }
         }
         let curve = |own: Amplitude| Curve::new(Box::new(move |load| vec![own.value(load)]) as Position<'a>);
-        MotionLimit { motions, loads: amplitudes.into_iter().map(curve).collect() }
+        MotionLimit { motions, loads: amplitudes.into_mapped(curve) }
     }
 
     /// The load factor up to which a step from `now` to `target` may go: the first of as many equal parts as keep all curves

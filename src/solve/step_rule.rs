@@ -1,5 +1,6 @@
 //! The rule of steps: where the next one goes, and how long those behind it are, whatever leads.
 
+use crate::each::Each;
 use crate::error::{Cause, Driven};
 use crate::linear::vector::{dot, norm, root_mean_square};
 
@@ -304,7 +305,7 @@ impl<'a> StepRule<'a> {
 }
 
 fn change(to: &[f64], from: &[f64]) -> Vec<f64> {
-    to.iter().zip(from).map(|(t, f)| t - f).collect()
+    to.paired(from, |t, f| t - f)
 }
 
 impl Continuation<'_, '_> {

@@ -138,7 +138,7 @@ impl<const D: usize> Answer<D> {
     /// What the values of the last model were corrected by.
     pub(super) fn corrections(&self) -> Vec<f64> {
         let own = self.levels.last().map_or(&[][..], |level| &level.values);
-        self.values.iter().zip(own).map(|(corrected, own)| corrected - own).collect()
+        self.values.paired(own, |corrected, own| corrected - own)
     }
 
     /// Whether the tolerance was met.

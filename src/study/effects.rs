@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::each::Each;
 use crate::error::Error;
 use crate::material::Material;
 use crate::order;
@@ -136,7 +137,7 @@ impl<const D: usize> Answer<D> {
             let dual = self.duals.get(k).and_then(Option::as_ref);
             let by_state = match dual {
                 _ if change.residual.iter().all(|r| *r == 0.0) => 0.0,
-                Some(dual) => dual.iter().zip(&change.residual).map(|(z, r)| z * r).sum::<f64>(),
+                Some(dual) => dual.pair_sum(&change.residual, |z, r| z * r),
                 None => f64::NAN,
             };
             let size = value.abs().max(quantity.size);

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, Matrix3};
 
-use crate::each::{Each, EachOf, list_of, point_of};
+use crate::each::{Each, EachOf, IntoEach, list_of, point_of};
 use crate::error::Error;
 use crate::geometry::{Point, all_padded};
 use crate::material::{Material, Past};
@@ -195,7 +195,7 @@ fn carried<const D: usize>(carries: &[Carry<'_, D>], field: &[f64], own: &[f64])
 }
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a - b).collect()
+    a.paired(b, |a, b| a - b)
 }
 
 /// The pressures of a dual solution at the points of a body; none where nothing tells pressures.
@@ -243,7 +243,7 @@ impl<'a, const D: usize> Carry<'a, D> {
         let particles: Vec<Point<3>> = all_padded(to.cells().positions());
         let bodies: [&dyn BodyView; 2] = [from, to];
         let (given, own) = (bodies[0].values_at(&particles)?, bodies[1].values_at(&particles)?);
-        let given = given.into_iter().map(|psi| psi.shifted(from.nodes().start)).collect();
+        let given = given.into_mapped(|psi| psi.shifted(from.nodes().start));
         let table = from.body().table();
         let nearest = BoxTree::of(table.positions());
         let mut of = vec![0; table.len()];

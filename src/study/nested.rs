@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::each::{Each, EachOf};
+use crate::each::{Each, EachOf, IntoEach};
 use crate::error::{Error, Invalid, SolveError};
 use crate::scene::{ApproximationChoice, Judging, Problem, Scheme};
 use crate::solve::{Dual, Ending, EquilibriumPath, Newton, State};
@@ -197,7 +197,7 @@ fn duals<const D: usize>(
     let problems: Vec<Dual> = problems.into_iter().flatten().collect();
     let (solved, bytes) = problem.analysis().duals(problem.model(), problem.equations(), state, &problems)?;
     let mut solved = solved.into_iter();
-    Ok((known.into_iter().map(|known| if known { solved.next() } else { None }).collect(), bytes))
+    Ok((known.into_mapped(|known| if known { solved.next() } else { None }), bytes))
 }
 
 /// What a scheme approximates with.

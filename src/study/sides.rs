@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::cells::Layout;
-use crate::each::{Each, EachOf};
+use crate::each::{Each, EachOf, IntoEach};
 use crate::error::{Error, Incompatible};
 use crate::scene::{ApproximationChoice, Scene, Scheme, Source, edge_lengths};
 
@@ -80,7 +80,7 @@ impl<const D: usize> Sides<D> {
     }
 
     pub(crate) fn counts(&self, fineness: f64) -> Vec<usize> {
-        self.cells(fineness).into_iter().map(|cells| cells + 1).collect()
+        self.cells(fineness).into_mapped(|cells| cells + 1)
     }
 
     /// The mean spacing of counts, in parts of the body.

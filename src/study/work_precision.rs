@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::each::Each;
+use crate::each::{Each, IntoEach};
 use crate::error::{Error, Invalid, SolveError};
 use crate::scene::{Scene, Scheme};
 
@@ -111,7 +111,7 @@ impl<const D: usize> WorkPrecision<D> {
                 self.repeat(pass, timing);
             }
         }
-        let mut runs: Vec<Run> = timed.into_iter().map(Timing::finished).collect();
+        let mut runs: Vec<Run> = timed.into_mapped(Timing::finished);
         let mut uncertainty: f64 = 0.0;
         for k in 0..self.quantities.len() {
             let (value, own) = self.reference(k, &runs)?;

@@ -62,9 +62,7 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
         if points.len() <= D {
             return Err(too_few(centre));
         }
-        for (at, _) in points {
-            positions.push(*at);
-        }
+        positions.extend(points.iter().map(|own| own.0));
         starts.push(positions.len());
     }
     let groups: Vec<usize> = smoothing.groups.mapped(|&cell| starts[cell]);

@@ -1,5 +1,6 @@
 //! The pressures of a body.
 
+use crate::each::Each;
 use crate::geometry::Point;
 use crate::material::Material;
 #[cfg(feature = "solve")]
@@ -44,7 +45,7 @@ impl<const D: usize> Body<D> {
                     PressureField::Pointwise => view.condensed[2 * point + 1],
                     PressureField::Constant | PressureField::Linear => {
                         let (_, pi, measure) = self.zone(cluster, view.condensed);
-                        let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
+                        let projected: f64 = self.phi(point).pair_sum(pi, |p, pi| p * pi);
                         let j = self.deformation_gradient(point, view.displacement).determinant();
                         let Kept { share, held } = self.kept(self.stabilisation(cluster), &recall, point);
                         let pointwise = share * self.pointwise_energy(volumetric, j).slope + held[0];
@@ -74,7 +75,7 @@ impl<const D: usize> Body<D> {
                     PressureField::Constant | PressureField::Linear => {
                         let (_, _, measure) = self.zone(cluster, view.condensed);
                         let pi = &condensed_step[self.unknowns(cluster)][self.functions..2 * self.functions];
-                        let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
+                        let projected: f64 = self.phi(point).pair_sum(pi, |p, pi| p * pi);
                         projected * measure.of(f.determinant()).slope
                     }
                 });

@@ -2,6 +2,7 @@
 
 use nalgebra::SMatrix;
 
+use crate::each::Each;
 use crate::geometry::Point;
 use crate::material::{Material, Volumetric, VolumetricEnergy};
 
@@ -237,7 +238,7 @@ impl<const D: usize> Body<D> {
         }
         if n > 0 {
             for point in self.table.clusters().points(cluster) {
-                let projected: f64 = self.phi(point).iter().zip(&theta).map(|(p, t)| p * t).sum();
+                let projected: f64 = self.phi(point).pair_sum(&theta, |p, t| p * t);
                 let kept = self.kept(share, &recall, point);
                 energy +=
                     self.table.weights()[point] * self.projected_energy(volumetric, (measure, kept), projected).energy;

@@ -31,7 +31,7 @@ impl<F: Fn(f64) -> Vec<f64>> Curve<F> {
     /// Whether it stays near its straight line between two load factors, and does not run back along it.
     pub(crate) fn is_straight(&self, from: f64, to: f64) -> bool {
         let (start, end) = (self.at(from), self.at(to));
-        let line: Vec<f64> = end.iter().zip(&start).map(|(b, a)| b - a).collect();
+        let line: Vec<f64> = end.paired(&start, |b, a| b - a);
         let length = line.summed(|l| l * l);
         let (mut reached, mut departure, mut change): (f64, f64, f64) = (0.0, 0.0, length.sqrt());
         for part in PARTS {
@@ -40,7 +40,7 @@ impl<F: Fn(f64) -> Vec<f64>> Curve<F> {
             if length > 0.0 {
                 reached = reached.max((along / length).min(1.0));
             }
-            let foot: Vec<f64> = start.iter().zip(&line).map(|(a, l)| a + reached * l).collect();
+            let foot: Vec<f64> = start.paired(&line, |a, l| a + reached * l);
             departure = departure.max(distance(&at, &foot));
             change = change.max(distance(&at, &start));
         }
@@ -63,5 +63,5 @@ pub(crate) fn straight_until(now: f64, target: f64, smallest: f64, straight: imp
 }
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    a.pair_sum(b, |a, b| (a - b).powi(2)).sqrt()
 }

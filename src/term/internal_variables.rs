@@ -3,7 +3,7 @@
 #[cfg(feature = "solve")]
 use nalgebra::Matrix3;
 
-use crate::each::EachOf;
+use crate::each::{Each, EachOf};
 use crate::material::{Material, Past};
 #[cfg(feature = "solve")]
 use crate::tensor::cofactor;
@@ -96,7 +96,7 @@ impl<const D: usize> Body<D> {
         for cluster in 0..clusters.len() {
             let (theta, _, measure) = self.zone(cluster, view.condensed);
             for point in clusters.points(cluster) {
-                let projected: f64 = self.phi(point).iter().zip(theta).map(|(phi, theta)| phi * theta).sum();
+                let projected: f64 = self.phi(point).pair_sum(theta, |phi, theta| phi * theta);
                 let own = self.deformation_gradient(point, view.displacement).determinant();
                 let slopes = [own, measure.volume(projected)].each(|j| self.pointwise_energy(volumetric, j).slope);
                 let next = &mut points[point * self.rest.len()..][self.material.memory()..self.rest.len()];

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
 
-use crate::each::{EachOf, array_of};
+use crate::each::{EachOf, IntoEach, array_of};
 use crate::geometry::{Bounds, Point};
 use crate::neighbours::Adjacent;
 use crate::parallel::map_with;
@@ -124,12 +124,7 @@ impl Bricks {
         let mut offsets = vec![0u32; sections.grid.len() + 1];
         pairs.iter().for_each(|(brick, _)| offsets[*brick as usize + 1] += 1);
         (0..sections.grid.len()).for_each(|brick| offsets[brick + 1] += offsets[brick]);
-        Bricks {
-            offsets,
-            parts: pairs.into_iter().map(|(_, part)| part).collect(),
-            of_patch,
-            divisions: Divisions::default(),
-        }
+        Bricks { offsets, parts: pairs.into_mapped(|(_, part)| part), of_patch, divisions: Divisions::default() }
     }
 
     /// Whether some of the solid lies in the leaf that begins with a brick.

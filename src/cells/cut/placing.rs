@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::each::{EachOf, array_of};
+use crate::each::{EachOf, IntoEach, array_of};
 use crate::geometry::{Bounds, Point};
 use crate::neighbours::{MARGIN, Search};
 use crate::order;
@@ -167,7 +167,7 @@ impl Placing<'_> {
             }
         }
         order::sort(&mut found, &|a, b| a.0.cmp(&b.0));
-        found.into_iter().map(|(piece, normal, facets)| (piece, normal / facets.len() as f64)).collect()
+        found.into_mapped(|(piece, normal, facets)| (piece, normal / facets.len() as f64))
     }
 
     /// Particles on corners, along sharp edges, and those of the lattice: inside, or moved onto the surface where it is nearer than
@@ -289,7 +289,7 @@ impl Placing<'_> {
         if groups.is_empty() && inside {
             groups.push((0, None, HALF));
         }
-        groups.into_iter().map(|group| group.1).collect()
+        groups.into_mapped(|group| group.1)
     }
 }
 

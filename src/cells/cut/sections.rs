@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::each::{Each, EachOf};
+use crate::each::{Each, EachOf, IntoEach};
 use crate::geometry::Point;
 use crate::order;
 
@@ -228,7 +228,7 @@ impl Sections {
         let mut outer: Vec<(Vec<Corner>, Vec<Vec<Corner>>)> = Vec::new();
         let mut holes: Vec<Vec<Corner>> = Vec::new();
         for polygon in loops {
-            let polygon: Vec<Corner> = polygon.into_iter().map(corner).collect();
+            let polygon: Vec<Corner> = polygon.into_mapped(corner);
             match polygon.len() > 2 && area(&polygon) < 0.0 {
                 true => holes.push(polygon),
                 false => outer.push((polygon, Vec::new())),

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use nalgebra::{DMatrix, DVector, Matrix4, SymmetricEigen, Vector4};
 
 use crate::cells::CORNER;
-use crate::each::{Each, EachOf, array_of};
+use crate::each::{Each, EachOf, IntoEach, array_of};
 use crate::geometry::{Disjoint, Point};
 
 /// Radius within which particles carry the functions of a point, in bricks of the spacing at the particle: with three quarters of it the patch test leaves 3e-3.
@@ -71,7 +71,7 @@ impl Cubes {
         crate::order::sort(&mut order, &|&a, &b| numbers[a as usize].cmp(&numbers[b as usize]));
         numbers.iter().for_each(|&number| grid.offsets[number + 1] += 1);
         (1..grid.offsets.len()).for_each(|cube| grid.offsets[cube] += grid.offsets[cube - 1]);
-        grid.places = order.into_iter().map(|place| points[place as usize].0).collect();
+        grid.places = order.into_mapped(|place| points[place as usize].0);
         grid
     }
 
@@ -165,7 +165,7 @@ impl<'a> Traces<'a> {
             let exact = self.shepard(x, normal, radius).and_then(|plain| self.reproducing(&plain, normal));
             radius *= 1.5;
             let Some(found) = exact else { continue };
-            let largest = found.iter().map(|entry| entry.1.abs()).fold(0.0, f64::max);
+            let largest = found.largest(|entry| entry.1.abs());
             if largest <= LARGEST {
                 return (found, true);
             }
@@ -178,13 +178,13 @@ impl<'a> Traces<'a> {
 
     /// The same by particles.
     fn named(&self, functions: Vec<(u32, f64)>) -> Vec<(u32, f64)> {
-        functions.into_iter().map(|(place, value)| (self.particles[place as usize].0, value)).collect()
+        functions.into_mapped(|(place, value)| (self.particles[place as usize].0, value))
     }
 
     /// Functions with these weights that give the normal; none where the particles can't.
     fn reproducing(&self, weights: &[(u32, f64)], normal: &Point<3>) -> Option<Vec<(u32, f64)>> {
         let off = |place: u32| self.particles[place as usize].1 - normal;
-        let scale = weights.iter().map(|entry| off(entry.0).norm()).fold(0.0, f64::max);
+        let scale = weights.largest(|entry| off(entry.0).norm());
         if scale < EXACT {
             return Some(weights.to_vec());
         }
@@ -298,7 +298,7 @@ impl Site {
             }
         }
         let part = |share: &[f64; 2]| if share[0] > 0.0 { share[1] / share[0] } else { 0.0 };
-        let largest = shares.iter().map(part).fold(0.0, f64::max);
+        let largest = shares.largest(part);
         let mut place = 0;
         self.particles.retain(|_| {
             place += 1;

@@ -164,7 +164,7 @@ impl Picture {
         let across = (width - MARGIN - bar) / panels.len() as f64;
         let room = [across - MARGIN, height - top - MARGIN];
         let seen: Vec<Vec<[f64; 3]>> = panels.mapped(|panel| panel.seen());
-        let extents: Vec<[[f64; 2]; 2]> = panels.iter().zip(&seen).map(|(panel, seen)| panel.extent(seen)).collect();
+        let extents: Vec<[[f64; 2]; 2]> = panels.paired(&seen, |panel, seen| panel.extent(seen));
         let scale = (extents.iter())
             .flat_map(|ends| [0, 1].each(|i| room[i] / (ends[i][1] - ends[i][0])))
             .fold(f64::INFINITY, f64::min);

@@ -73,7 +73,7 @@ fn across<const D: usize>(x: &Point<D>, centre: &[f64; D], axis: &[f64; 3]) -> [
         // Nothing is across an axis without a direction: the direction is refused where it is asked for.
         return [0.0; D];
     }
-    let along = offset.iter().zip(axis).map(|(o, a)| o * a).sum::<f64>() / size;
+    let along = offset.pair_sum(axis, |o, a| o * a) / size;
     array_of(|i| offset[i] - along * axis[i])
 }
 

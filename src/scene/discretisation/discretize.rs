@@ -8,7 +8,7 @@ use nalgebra::Matrix3;
 use crate::assembly::Model;
 use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation, Unaugmented};
 use crate::compiled::compiled;
-use crate::each::EachOf;
+use crate::each::{Each, EachOf, IntoEach};
 use crate::error::{Error, Incompatible};
 use crate::geometry::Point;
 use crate::linear::{Direct, Krylov};
@@ -178,7 +178,7 @@ fn add_loads<const D: usize>(
             None => loads.push((number, LoadTerms::of(load, term..model.terms().len()))),
         }
     }
-    Ok(loads.into_iter().map(|(_, terms)| terms).collect())
+    Ok(loads.into_mapped(|(_, terms)| terms))
 }
 
 /// Puts the bodies together, bonds them where they share faces, and binds the strategies.
@@ -233,9 +233,9 @@ fn finish<const D: usize>(
     let shear = |discrete_body: &DiscreteBody<D>| discrete_body.body.material().initial_moduli().shear;
     let turned = scene.kinematics.hoop_components().is_empty();
     for frame in frames.iter_mut().filter(|_| turned) {
-        let stiffest = discrete_bodies.iter().map(modulus).fold(0.0, f64::max);
+        let stiffest = discrete_bodies.largest(modulus);
         frame.rigidity = Some(model.terms().len());
-        let shear = discrete_bodies.iter().map(shear).fold(0.0, f64::max);
+        let shear = discrete_bodies.largest(shear);
         model.add_replicated(Arc::new(frame.stay(stiffest, shear)));
     }
     for load in &scene.loads {

@@ -166,7 +166,7 @@ fn straight<const D: usize>(domain: &dyn Domain<D>) -> bool {
         unit[axis] = 1.0;
         domain.position(&unit) - corner
     });
-    let size = edges.iter().map(|edge| edge.norm()).fold(0.0, f64::max);
+    let size = edges.largest(|edge| edge.norm());
     [[0.5; 3], [1.0; 3], [0.2, 0.7, 0.4], [0.9, 0.3, 0.6]].iter().all(|t| {
         let even = edges.iter().zip(t).fold(corner, |sum, (edge, t)| sum + edge * *t);
         (domain.position(&point_of(|i| t[i.min(2)])) - even).norm() <= 1e-9 * size

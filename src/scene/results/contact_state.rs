@@ -61,7 +61,7 @@ pub struct ContactState<const D: usize> {
 impl<const D: usize> ContactState<D> {
     /// The largest pressure \[stress\].
     pub fn peak_pressure(&self) -> f64 {
-        self.points.iter().map(|point| point.pressure).fold(0.0, f64::max)
+        self.points.largest(|point| point.pressure)
     }
 
     /// Pressures, gaps and tractions along the boundary as a table, a row for each boundary particle.

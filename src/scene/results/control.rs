@@ -1,5 +1,6 @@
 //! Runs that are led by a displacement.
 
+use crate::each::Each;
 use crate::error::{BoundaryError, Error, Invalid};
 use crate::geometry::Point;
 use crate::solve::{Deflection, EquilibriumPath, Functional, Observer, State};
@@ -113,9 +114,8 @@ impl<const D: usize> Problem<D> {
     fn interpolated(&self, before: &State, behind: &State, load: f64) -> State {
         let length = behind.load - before.load;
         let part = if length == 0.0 { 1.0 } else { (load - before.load) / length };
-        let mix = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + part * (b - a)).collect() };
-        let mut condensed: Vec<Vec<f64>> =
-            before.condensed.iter().zip(&behind.condensed).map(|(a, b)| mix(a, b)).collect();
+        let mix = |a: &[f64], b: &[f64]| -> Vec<f64> { a.paired(b, |a, b| a + part * (b - a)) };
+        let mut condensed: Vec<Vec<f64>> = before.condensed.paired(&behind.condensed, |a, b| mix(a, b));
         for (term, (condensed, before)) in self.model.terms().iter().zip(condensed.iter_mut().zip(&before.condensed)) {
             parted_mut(&**term, condensed).1.copy_from_slice(parted(&**term, before).1);
         }

@@ -144,7 +144,7 @@ impl ProblemView<'_> {
             of_body.resize(positions.len(), surface.body as f64);
             of_cell.resize(cells.len(), surface.body as i64);
         }
-        let current: Vec<Point<3>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
+        let current: Vec<Point<3>> = positions.paired(&displacements, |x, u| x + u);
         let ratios: Option<Vec<f64>> = cells.iter().map(|cell| volume_ratio(dim, cell, &positions, &current)).collect();
         let mut stresses = match self.model.ranks() {
             None => self.recovered_at_particles(state)?,

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
 
-use crate::each::{Each, EachOf, list_of};
+use crate::each::{Each, EachOf, IntoEach, list_of};
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::mesh::CellShape;
@@ -110,17 +110,16 @@ impl ProblemView<'_> {
             let own = faces_beside(self.dim, shape, &mut faces, &mut bonded, positions);
             let points = &shape.points;
             rigid.extend(points.iter().map(bits).zip(shape.displacements.iter().copied()));
-            let current: Vec<Point<3>> = points.iter().zip(&shape.displacements).map(|(x, u)| x + u).collect();
+            let current: Vec<Point<3>> = points.paired(&shape.displacements, |x, u| x + u);
             drawn.add(Divided::new(points, &own, 1), current, &|_| f64::NAN);
         }
         let value = |psi: &ShapeFunctions<3>, u: &Point<3>| match field {
             Field::Displacement => u.norm(),
-            _ => psi.nodes.iter().zip(&psi.values).map(|(node, part)| part * at_particles[*node as usize]).sum(),
+            _ => psi.nodes.pair_sum(&psi.values, |node, part| part * at_particles[*node as usize]),
         };
         for surface in self.drawn_surfaces(state)? {
-            let current = surface.points.iter().zip(&surface.displacements).map(|(x, u)| x + u).collect();
-            let values =
-                surface.functions.iter().zip(&surface.displacements).map(|(psi, u)| value(psi, u)).collect::<Vec<_>>();
+            let current = surface.points.paired(&surface.displacements, |x, u| x + u);
+            let values = surface.functions.paired(&surface.displacements, value);
             let mut divided = Divided::new(&surface.points, &surface.facets, 1);
             divided.lines.clear();
             drawn.add(divided, current, &|k| values[k]);
@@ -146,7 +145,7 @@ impl ProblemView<'_> {
             }
             let functions = functions.into_iter().map(|psi| psi.shifted(first));
             let values: Vec<f64> = functions.zip(&moved).map(|(psi, u)| value(&psi, u)).collect();
-            let current = divided.points.iter().zip(&moved).map(|(x, u)| x + u).collect();
+            let current = divided.points.paired(&moved, |x, u| x + u);
             drawn.add(divided, current, &|k| values[k]);
         }
         let picture = Picture::of(drawn.points, self.dim < 3, drawn.faces).coloured(field.label(), drawn.values);
@@ -167,7 +166,7 @@ impl ProblemView<'_> {
                 let ends: Vec<Point<3>> = cell.mapped(|&end| own.particle(end));
                 let functions = own.values_at(&ends)?;
                 let moved: Vec<Point<3>> = functions.mapped(|psi| own.weighted(psi, state));
-                let functions: Vec<_> = functions.into_iter().map(|psi| psi.shifted(own.nodes().start)).collect();
+                let functions: Vec<_> = functions.into_mapped(|psi| psi.shifted(own.nodes().start));
                 let start = points.len();
                 for part in 0..=AROUND {
                     let (sine, cosine) = (0.5 * PI * part as f64 / AROUND as f64).sin_cos();
@@ -246,8 +245,7 @@ struct Drawn {
 impl Drawn {
     fn add(&mut self, divided: Divided, current: Vec<Point<3>>, value: &dyn Fn(usize) -> f64) {
         let first = self.points.len();
-        let shifted =
-            |all: Vec<Vec<usize>>| all.into_iter().map(move |one| one.into_iter().map(|p| first + p).collect());
+        let shifted = |all: Vec<Vec<usize>>| all.into_iter().map(move |one| one.into_mapped(|p| first + p));
         self.faces.extend(shifted(divided.faces));
         self.lines.extend(shifted(divided.lines));
         self.values.extend((0..current.len()).map(value));

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::assembly::Model;
 use crate::boundary::ConstraintEquation;
-use crate::each::{Each, list_of};
+use crate::each::{Each, IntoEach, list_of};
 use crate::error::{BoundaryError, Error, Invalid, SolveError};
 use crate::geometry::{Part, Point};
 use crate::output::{PvdCollection, Table};
@@ -395,7 +395,7 @@ impl<const D: usize> Problem<D> {
             parts.into_iter().for_each(|(equation, value)| change[equation] += value);
             change
         };
-        Ok(parts.into_iter().map(change).collect())
+        Ok(parts.into_mapped(change))
     }
 
     /// The rows of the conditions of a name or at a place, each with the sum of its entries in a component over the nodes of the

@@ -188,12 +188,8 @@ impl<'a> BodyStress<'a> {
         if self.recovery.thickness.is_empty() {
             return stress;
         }
-        let thickness: f64 = psi
-            .nodes
-            .iter()
-            .zip(&psi.values)
-            .map(|(&node, value)| value * self.recovery.thickness[node as usize])
-            .sum();
+        let thickness: f64 =
+            psi.nodes.pair_sum(&psi.values, |&node, value| value * self.recovery.thickness[node as usize]);
         stress / thickness
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::view::ProblemView;
-use crate::each::Each;
+use crate::each::{Each, IntoEach};
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::shape::ShapeFunctions;
@@ -38,7 +38,7 @@ impl ProblemView<'_> {
             let Some((points, facets)) = own.drawn_surface() else { continue };
             let functions = own.values_at(&points)?;
             let displacements = functions.mapped(|psi| own.weighted(psi, state));
-            let functions = functions.into_iter().map(|psi| psi.shifted(own.nodes().start)).collect();
+            let functions = functions.into_mapped(|psi| psi.shifted(own.nodes().start));
             found.push(DrawnSurface { body, points, displacements, facets, functions });
         }
         Ok(found)

@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 
 use crate::assembly::{Model, Ranks};
 use crate::boundary::Constraints;
-use crate::each::{Each, list_of};
+use crate::each::{Each, IntoEach, list_of};
 use crate::error::{ApproximationError, Error};
 use crate::geometry::{Point, all_padded, cut, padded};
 use crate::material::Material;
@@ -371,7 +371,7 @@ impl dyn BodyView + '_ {
                 (*total, *sum) = (all[0], Matrix3::from_column_slice(&all[1..]));
             }
         }
-        sums.into_iter().map(|(total, sum)| if total > 0.0 { sum / total } else { sum }).collect()
+        sums.into_mapped(|(total, sum)| if total > 0.0 { sum / total } else { sum })
     }
 }
 

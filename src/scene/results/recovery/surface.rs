@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use crate::each::{EachOf, array_of, point_of};
+use crate::each::{Each, EachOf, array_of, point_of};
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::solve::State;
@@ -70,7 +70,7 @@ impl Recovery<'_> {
                 given[1] = densities.weights.iter().filter(|_| sums).sum::<f64>();
                 let on_surface = densities.normals.len() == densities.positions.len() && !densities.normals.is_empty();
                 let found: Vec<_> = match on_surface {
-                    true => densities.positions.iter().zip(&densities.normals).map(|(x, n)| find(x, n)).collect(),
+                    true => densities.positions.paired(&densities.normals, find),
                     false => Vec::new(),
                 };
                 if found.contains(&None) {
