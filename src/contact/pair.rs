@@ -6,6 +6,7 @@ use nalgebra::{SVector, Vector3};
 
 use crate::compiled::by_dim;
 use crate::geometry::{Point, padded};
+use crate::order::merged;
 use crate::term::{Element, PointMotion, View, parted};
 
 use super::chain::{Chain, Laid};
@@ -14,7 +15,7 @@ use super::facets::Facing;
 use super::facing::Facets;
 use super::jet::Jet;
 use super::law::{Pressed, Slipping, Touch, three};
-use super::vertices::{Means, Movers, merged};
+use super::vertices::{Means, Movers};
 use super::{ContactLaw, ContactSurface, overlap};
 
 /// What faces what.

@@ -1,7 +1,7 @@
 //! Vertices of deformable faces: what they are of the displacements of nodes.
 
 use crate::geometry::Point;
-use crate::order;
+use crate::order::merged;
 
 use super::ContactSurface;
 
@@ -177,15 +177,4 @@ impl Means {
         }
         (merged(combination), rest)
     }
-}
-
-/// A combination with each place once.
-pub(super) fn merged<P: Ord + Copy>(mut combination: Vec<(P, f64)>) -> Vec<(P, f64)> {
-    order::sort(&mut combination, &|a, b| a.0.cmp(&b.0));
-    combination.dedup_by(|second, first| {
-        let same = second.0 == first.0;
-        first.1 += if same { second.1 } else { 0.0 };
-        same
-    });
-    combination
 }
