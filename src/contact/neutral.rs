@@ -29,10 +29,6 @@ impl Term for RollingSpring {
         2
     }
 
-    fn clusters(&self) -> usize {
-        1
-    }
-
     fn nodes(&self, _: usize) -> &[u32] {
         &self.nodes
     }

@@ -23,10 +23,6 @@ impl Term for PairContact {
     }
 
     // All trace functions see the same nodes.
-    fn clusters(&self) -> usize {
-        1
-    }
-
     fn nodes(&self, _: usize) -> &[u32] {
         &self.nodes
     }

@@ -19,10 +19,6 @@ impl Term for RigidBodyDof {
         self.dim
     }
 
-    fn clusters(&self) -> usize {
-        1
-    }
-
     fn nodes(&self, _: usize) -> &[u32] {
         &self.node
     }

@@ -64,7 +64,6 @@ use crate::error::SolveError;
 /// struct Spring { nodes: [u32; 2], stiffness: f64 }
 /// impl Term for Spring {
 ///     fn dim(&self) -> usize { 1 }
-///     fn clusters(&self) -> usize { 1 }
 ///     fn nodes(&self, _: usize) -> &[u32] { &self.nodes }
 ///     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
 ///         let d = |a: usize| view.displacement[self.nodes[a] as usize];
@@ -85,8 +84,10 @@ pub trait Term: Send + Sync {
     /// Displacement components of a node: 1 along an axis, 2 in a plane, 3 in 3D. A model takes terms of its own dimension alone.
     fn dim(&self) -> usize;
 
-    /// Number of clusters.
-    fn clusters(&self) -> usize;
+    /// Number of clusters: one unless a term has another one.
+    fn clusters(&self) -> usize {
+        1
+    }
 
     /// Nodes of a cluster, each once and by rising index; others are refused before an analysis begins.
     fn nodes(&self, cluster: usize) -> &[u32];
