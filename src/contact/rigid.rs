@@ -206,7 +206,7 @@ impl Obstacle {
         let Some(Drive { along, force, amplitude }) = &mut self.drive else { return };
         let value = amplitude.evaluate(1.0).0;
         if force.is_some() {
-            *amplitude = Amplitude::Table(vec![(0.0, value), (1.0, value)]);
+            *amplitude = Amplitude::level(value);
         } else {
             self.start += *along * value;
             self.drive = None;

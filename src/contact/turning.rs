@@ -53,7 +53,7 @@ impl Turning {
     pub(crate) fn stay(&mut self) {
         let value = self.amplitude.evaluate(1.0).0;
         if self.free {
-            self.amplitude = Amplitude::Table(vec![(0.0, value), (1.0, value)]);
+            self.amplitude = Amplitude::level(value);
         } else {
             self.start += self.amount * value;
             self.amount = 0.0;

@@ -87,12 +87,18 @@ impl Amplitude {
         pairs.iter().map(|p| p.0).filter(|&load| load > 0.0 && load < 1.0).collect()
     }
 
+    /// The same value at all load factors.
+    #[cfg(feature = "solve")]
+    pub(crate) fn level(value: f64) -> Self {
+        Amplitude::Table(vec![(0.0, value), (1.0, value)])
+    }
+
     /// The same with a value added to it.
     #[cfg(feature = "solve")]
     pub(crate) fn later(&self, by: f64) -> Self {
         match self {
             Amplitude::Ramp => Amplitude::Table(vec![(0.0, by), (1.0, by + 1.0)]),
-            Amplitude::Constant => Amplitude::Table(vec![(0.0, by + 1.0), (1.0, by + 1.0)]),
+            Amplitude::Constant => Amplitude::level(by + 1.0),
             Amplitude::Table(pairs) => Amplitude::Table(pairs.mapped(|&(load, value)| (load, value + by))),
             Amplitude::Function(function) => {
                 let function = function.clone();

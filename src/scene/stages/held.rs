@@ -7,10 +7,7 @@ use crate::term::Amplitude;
 
 /// A scene whose conditions, loads and surfaces stay as they are at load factor 1, and whose clock stands at a time.
 pub(super) fn held<const D: usize>(mut scene: Scene<D>, time: f64) -> Scene<D> {
-    let hold = |amplitude: &mut Amplitude| {
-        let value = amplitude.evaluate(1.0).0;
-        *amplitude = Amplitude::Table(vec![(0.0, value), (1.0, value)]);
-    };
+    let hold = |amplitude: &mut Amplitude| *amplitude = Amplitude::level(amplitude.evaluate(1.0).0);
     scene.conditions.iter_mut().for_each(|condition| hold(&mut condition.amplitude));
     for load in &mut scene.loads {
         match &load.kind {
@@ -23,6 +20,6 @@ pub(super) fn held<const D: usize>(mut scene: Scene<D>, time: f64) -> Scene<D> {
     let pairs = scene.contact_pairs.iter_mut().filter_map(|pair| pair.interference.as_mut());
     surfaces.chain(pairs).for_each(|interference| interference.resolved = true);
     scene.started = Some(time);
-    scene.clock = scene.clock.map(|_| Amplitude::Table(vec![(0.0, time), (1.0, time)]));
+    scene.clock = scene.clock.map(|_| Amplitude::level(time));
     scene
 }
