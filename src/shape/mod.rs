@@ -27,6 +27,17 @@ pub struct ShapeFunctions<const D: usize> {
 
 #[cfg(feature = "solve")]
 impl<const D: usize> ShapeFunctions<D> {
+    /// $\sum_I\Psi_I d_I$ for coefficients of so many components, padded by zeros.
+    pub(crate) fn weighted(&self, dim: usize, coefficients: &[f64]) -> Point<3> {
+        let mut sum = Point::zeros();
+        for (&node, &value) in self.nodes.iter().zip(&self.values) {
+            for i in 0..dim {
+                sum[i] += value * coefficients[node as usize * dim + i];
+            }
+        }
+        sum
+    }
+
     /// The same for nodes that are counted from another one.
     pub(crate) fn shifted(mut self, first: usize) -> Self {
         self.nodes.iter_mut().for_each(|node| *node += first as u32);

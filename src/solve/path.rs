@@ -226,6 +226,11 @@ impl EquilibriumPath {
         self.steps.last().map_or(&self.start, |s| &s.state)
     }
 
+    /// The first state and those of all steps.
+    pub(crate) fn states(&self) -> impl Iterator<Item = &State> {
+        std::iter::once(&self.start).chain(self.steps.iter().map(|step| &step.state))
+    }
+
     /// The limit and bifurcation points of the path, in the order in which they are passed.
     pub fn critical_points(&self) -> impl Iterator<Item = &CriticalPoint> {
         self.steps.iter().flat_map(|step| &step.critical)

@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 
 use crate::cells::Cells;
 use crate::error::{ApproximationError, Error, SolveError};
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::scene::Sheet;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::solve::State;
@@ -66,13 +66,7 @@ impl<const D: usize> DiscreteBody<D> {
 
     /// $\sum_I \Psi_I d_I$ for functions whose nodes are counted within the body.
     pub(crate) fn weighted(&self, psi: &ShapeFunctions<D>, state: &State) -> Point<D> {
-        let mut u = Point::zeros();
-        for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
-            for i in 0..D {
-                u[i] += value * state.displacement[(self.nodes.start + node as usize) * D + i];
-            }
-        }
-        u
+        padded(&psi.weighted(D, &state.displacement[self.nodes.start * D..]))
     }
 
     /// The displacement \[length\] at a point of the body.

@@ -76,7 +76,7 @@ impl<const D: usize> Problem<D> {
     /// For load factors that the path does not come to, and where Newton's method finds no state between two steps, which says
     /// so as [`EquilibriumPath::reached`] does.
     pub fn states_at(&self, path: &EquilibriumPath, loads: &[f64]) -> Result<Vec<State>, Error> {
-        let all: Vec<&State> = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).collect();
+        let all: Vec<&State> = path.states().collect();
         let mut found = Vec::with_capacity(loads.len());
         for &load in loads {
             let between = |pair: &[&State]| (pair[0].load - load) * (pair[1].load - load) <= 0.0;
