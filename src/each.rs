@@ -3,7 +3,7 @@
 //! `iter().map(f).collect()` compiles a dozen functions of the standard library for each closure, 350 lines of LLVM's input, and
 //! `[T; N]::map` 250 of them, in generic code once for each dimension: what is here is one function of some 40.
 
-use crate::geometry::Point;
+use nalgebra::SVector;
 
 /// Values of a function of each item.
 pub(crate) trait Each<T> {
@@ -99,6 +99,7 @@ pub(crate) trait EachOf<T, const N: usize> {
 }
 
 impl<T: Copy, const N: usize> EachOf<T, N> for [T; N] {
+    #[inline(always)]
     fn each<U: Copy>(self, mut f: impl FnMut(T) -> U) -> [U; N] {
         let mut values = [f(self[0]); N];
         for i in 1..N {
@@ -118,6 +119,7 @@ pub(crate) fn list_of<U>(count: usize, mut f: impl FnMut(usize) -> U) -> Vec<U> 
 }
 
 /// The sum of a function of 0, 1, …
+#[inline(always)]
 pub(crate) fn sum_of(count: usize, mut f: impl FnMut(usize) -> f64) -> f64 {
     let mut sum = ZERO;
     for i in 0..count {
@@ -127,6 +129,7 @@ pub(crate) fn sum_of(count: usize, mut f: impl FnMut(usize) -> f64) -> f64 {
 }
 
 /// An array, not an empty one, of values of a function of 0, 1, …
+#[inline(always)]
 pub(crate) fn array_of<U: Copy, const N: usize>(mut f: impl FnMut(usize) -> U) -> [U; N] {
     let mut values = [f(0); N];
     for i in 1..N {
@@ -136,8 +139,9 @@ pub(crate) fn array_of<U: Copy, const N: usize>(mut f: impl FnMut(usize) -> U) -
 }
 
 /// A point by its components.
-pub(crate) fn point_of<const D: usize>(mut f: impl FnMut(usize) -> f64) -> Point<D> {
-    let mut x = Point::zeros();
+#[inline(always)]
+pub(crate) fn point_of<const D: usize>(mut f: impl FnMut(usize) -> f64) -> SVector<f64, D> {
+    let mut x = SVector::zeros();
     for i in 0..D {
         x[i] = f(i);
     }
