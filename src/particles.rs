@@ -2,7 +2,7 @@
 
 use nalgebra::SMatrix;
 
-use crate::each::{Each, IntoEach, point_of, sum_of};
+use crate::each::{Each, IntoEach, list_of, point_of, sum_of};
 use crate::error::ApproximationError;
 use crate::geometry::Point;
 use crate::neighbours::BoxTree;
@@ -109,9 +109,7 @@ impl<const D: usize> Particles<D> {
         }
         check_positions(&positions)?;
         let tree = BoxTree::of(&positions);
-        let distances = |rank| -> Vec<f64> {
-            positions.iter().enumerate().map(|(own, x)| tree.distance_by_rank(own, x, rank)).collect()
-        };
+        let distances = |rank| list_of(positions.len(), |own| tree.distance_by_rank(own, &positions[own], rank));
         if rank == 1 && positions.len() > 2 {
             // Of two particles at one place each would have a support that holds nothing else.
             let second = distances(2);

@@ -52,6 +52,14 @@ pub(crate) struct Owners {
     pub(crate) overruled: Vec<BoundaryError>,
 }
 
+/// The particles that have trace functions, by rising index.
+fn carriers(traces: &[Vec<(u32, f64)>]) -> Vec<u32> {
+    let mut particles: Vec<u32> = traces.iter().flatten().map(|trace| trace.0).collect();
+    particles.sort_unstable();
+    particles.dedup();
+    particles
+}
+
 impl Claims {
     /// Takes in what one direction of a condition prescribes over pieces, whose functions may be `rebuilt` without some of their particles;
     /// the numbers that the pieces have from then on.
@@ -71,30 +79,36 @@ impl Claims {
             let all = &cells.points.normals;
             let first = if !rebuilt && all.iter().any(|n| (n - all[0]).norm() > TIE) { CURVED } else { 0.0 };
             let normals = cells.normals_at_particles();
-            let mut particles: Vec<u32> = cells.traces.iter().flatten().map(|trace| trace.0).collect();
-            particles.sort_unstable();
-            particles.dedup();
-            for particle in particles {
+            for particle in carriers(&cells.traces) {
                 let at = nodes[particle as usize];
                 let normal = normals.get(&particle).copied().unwrap_or_else(Point::zeros);
                 let wanted = prescription.at(&at, &normal)?;
                 let facing = first + wanted.facing(normal.as_slice());
-                let known = self.of.get(&particle).map_or(&[][..], Vec::as_slice);
-                let equal = known.iter().filter(|claim| (claim.facing - facing).abs() <= TIE);
-                let equal: Vec<PrescribedDirection> = equal.map(|claim| claim.prescription.clone()).collect();
+                let equal = self.equal(particle, facing);
                 is_redundant(&equal, &wanted, at.as_slice(), rounding)?;
                 made.push((particle, Claim { piece: self.pieces + place, facing, prescription: wanted }));
             }
         }
+        Ok(self.append(made, pieces.len(), rebuilt))
+    }
+
+    /// What is prescribed already of a particle by pieces that face it alike.
+    fn equal(&self, particle: u32, facing: f64) -> Vec<PrescribedDirection> {
+        let known = self.of.get(&particle).map_or(&[][..], Vec::as_slice);
+        let equal = known.iter().filter(|claim| (claim.facing - facing).abs() <= TIE);
+        equal.map(|claim| claim.prescription.clone()).collect()
+    }
+
+    fn append(&mut self, made: Vec<(u32, Claim)>, pieces: usize, rebuilt: bool) -> Range<usize> {
         for (particle, claim) in made {
             self.of.entry(particle).or_default().push(claim);
         }
         let first = self.pieces;
-        self.pieces += pieces.len();
+        self.pieces += pieces;
         if rebuilt {
             self.rebuilt.extend(first..self.pieces);
         }
-        Ok(first..self.pieces)
+        first..self.pieces
     }
 
     /// Gives each equation to one piece.

@@ -221,15 +221,19 @@ impl<const D: usize> FiniteElements<D> {
         }
         // A group for each piece: what touches is made of faces with linear trace functions.
         let found = self.faces_by(part, &rule, self.order)?.faces_within(holds);
-        let trace = |(&element, local): (&usize, &Point<D>)| {
-            let nodes = self.element_nodes(element).enumerate();
-            let value = |k: usize| -> f64 {
-                let place = unravel(k, &[self.order + 1; D]);
-                (0..D).map(|i| (1.0 - (local[i] * order - place[i] as f64).abs()).max(0.0)).product()
-            };
-            nodes.map(|(k, node)| (node as u32, value(k))).filter(|trace| trace.1 > 0.0).collect()
-        };
-        let traces = found.elements.iter().zip(&found.local).map(trace).collect();
+        let traces = found.elements.paired(&found.local, |&element, local| {
+            let mut traces = Vec::new();
+            for (k, node) in self.element_nodes(element).enumerate() {
+                let (place, mut value) = (unravel(k, &[self.order + 1; D]), 1.0);
+                for i in 0..D {
+                    value *= (1.0 - (local[i] * order - place[i] as f64).abs()).max(0.0);
+                }
+                if value > 0.0 {
+                    traces.push((node as u32, value));
+                }
+            }
+            traces
+        });
         Ok((BoundaryCells { points: found.points.clone(), traces }, found))
     }
 

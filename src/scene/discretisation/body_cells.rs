@@ -25,8 +25,10 @@ impl<const D: usize> Scene<D> {
 pub(crate) fn all_cells<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<BodyCells<D>, Error> {
     let schemes: Vec<Scheme> = scene.bodies.mapped(|body| body.scheme_under(scheme));
     unused::refuse(scene, scheme, &schemes)?;
-    let bodies = scene.bodies.iter().zip(schemes);
-    let all = bodies.map(|(body, scheme)| cells_of(scene, body, scheme)).collect::<Result<BodyCells<D>, Error>>()?;
+    let mut all = Vec::new();
+    for (body, scheme) in scene.bodies.iter().zip(schemes) {
+        all.push(cells_of(scene, body, scheme)?);
+    }
     overlap::refuse(scene, &all)?;
     Ok(all)
 }

@@ -114,8 +114,13 @@ pub(crate) fn equations<const D: usize>(
     let still =
         |(number, place): &(usize, Place<D>)| Condition::on(place.clone()).displacement([0.0; D]).named(names[*number]);
     let still: Vec<Condition<D>> = tied.mapped(still);
-    let given = mine.iter().map(|(number, place)| (&of.scene.conditions[*number], place));
-    let all: Vec<(&Condition<D>, &Place<D>)> = given.chain(still.iter().zip(tied.iter().map(|tie| &tie.1))).collect();
+    let mut all: Vec<(&Condition<D>, &Place<D>)> = Vec::new();
+    for (number, place) in mine {
+        all.push((&of.scene.conditions[*number], place));
+    }
+    for (condition, (_, place)) in still.iter().zip(tied) {
+        all.push((condition, place));
+    }
     let mut requests: Vec<Vec<Request<'_, D>>> = Vec::with_capacity(all.len());
     let (mut claims, mut last) = (Claims::default(), Vec::new());
     for (number, (condition, place)) in all.iter().enumerate() {
@@ -133,7 +138,8 @@ pub(crate) fn equations<const D: usize>(
     let mut equations = Constraints::new();
     equations.overrule(owners.overruled);
     let (mut placed, mut ties, mut last) = (Vec::with_capacity(mine.len()), Vec::with_capacity(tied.len()), Vec::new());
-    for (number, ((condition, place), own)) in all.iter().zip(&requests).enumerate() {
+    for (number, own) in requests.iter().enumerate() {
+        let (condition, place) = all[number];
         let first = equations.len();
         for request in own {
             let before = equations.mark();
@@ -156,7 +162,7 @@ pub(crate) fn equations<const D: usize>(
         let own = first..equations.len();
         if number < mine.len() {
             let (name, nodes) = (condition.name.clone(), 0..of.cells.positions().len());
-            placed.push(Placed { name, place: (*place).clone(), equations: own, nodes });
+            placed.push(Placed { name, place: place.clone(), equations: own, nodes });
         } else {
             ties.push((tied[number - mine.len()].0, own));
         }

@@ -20,7 +20,7 @@ use crate::term::{FollowerPressure, Pointwise};
 
 use super::body_cells::all_cells;
 use super::bond::bond_all;
-use super::conditions::{Placed, Refused, particle_at};
+use super::conditions::{Refused, particle_at};
 use super::contact::{contact_definition, rigid_dof_count, rigid_dofs};
 use super::discrete_body::DiscreteBody;
 use super::elements::elements;
@@ -208,11 +208,10 @@ fn finish<const D: usize>(
         } else {
             equations.append(own, node, D);
         }
-        placed.extend(mine.into_iter().map(|placed| Placed {
-            equations: shifted(placed.equations.clone(), equation),
-            nodes: shifted(placed.nodes.clone(), node),
-            ..placed
-        }));
+        for mut own in mine {
+            (own.equations, own.nodes) = (shifted(own.equations, equation), shifted(own.nodes, node));
+            placed.push(own);
+        }
         ties.extend(tied.into_iter().map(|(number, range)| (number, shifted(range, equation))));
         discrete_bodies.push(discrete_body);
         rules.push(facets);

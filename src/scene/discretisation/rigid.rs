@@ -3,7 +3,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::boundary::{ConstraintEquation, Constraints};
+use crate::boundary::Constraints;
+use crate::each::Each;
 use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Part, Point};
 use crate::mesh::Mesh;
@@ -82,11 +83,14 @@ pub(crate) fn frames<const D: usize>(
     let particles = positions.len();
     let mut frames = Vec::with_capacity(names.len());
     for (number, name) in names.into_iter().enumerate() {
-        let numbers = || ties.iter().filter(|tie| tie.0 == number).flat_map(|tie| tie.1.clone());
-        let own: Vec<&ConstraintEquation> = numbers().filter_map(|k| equations.equations().get(k)).collect();
+        let mut numbers = Vec::new();
+        for (_, range) in ties.iter().filter(|tie| tie.0 == number) {
+            numbers.extend(range.clone());
+        }
+        let own = numbers.mapped(|&k| &equations.equations()[k]);
         let mut frame = Frame::around(name, positions.len(), &own, positions)?;
         frame.shapes = scene.rigid_shapes(name)?;
-        for k in numbers() {
+        for k in numbers {
             let entries = frame.counterpart(&equations.equations()[k], positions);
             equations.extend_equation(k, entries);
         }
