@@ -43,7 +43,7 @@ use crate::error::OutputError;
 use std::path::Path;
 
 /// Refuses names whose ending says another format than the one written; names without an ending say none.
-fn check_ending(path: &Path, endings: &[&str]) -> Result<(), OutputError> {
+pub(crate) fn check_ending(path: &Path, endings: &[&str]) -> Result<(), OutputError> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     match ending {
         Some(ending) if !endings.contains(&ending.as_str()) => {

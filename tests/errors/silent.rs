@@ -1,7 +1,7 @@
 //! What no body could follow, or no scheme serve, is refused: with both sides, the place and the remedy.
 #![cfg(feature = "solve")]
 
-use rkpm::error::{BoundaryError, ContactError, GeometryError, Incompatible};
+use rkpm::error::{BoundaryError, ContactError, GeometryError, Incompatible, OutputError};
 use rkpm::material::{Prony, Viscoelastic};
 use rkpm::mesh::CellShape;
 use rkpm::prelude::*;
@@ -218,3 +218,19 @@ fn an_amplitude_that_nothing_follows_is_refused() {
             .map(angle);
     assert_eq!(turned, [0.01; 2]);
 }
+
+#[test]
+fn a_name_with_another_ending_is_refused() {
+    // Both would have been written as push_0.pvd.
+    let problem = block().discretize(&Scheme::default().particles([4, 3])).unwrap();
+    let path = problem.run().unwrap();
+    for name in ["push_0.5", "push_0.7"] {
+        let file = std::env::temp_dir().join(name);
+        assert!(matches!(problem.write(&path, &file), Err(Error::Output(OutputError::Ending { .. }))), "{name}");
+        let stages = rkpm::scene::Stages::new("push", block()).run(&Scheme::default().particles([4, 3])).unwrap();
+        let error = rkpm::scene::write_stages(&stages, &file).unwrap_err();
+        assert!(matches!(error, Error::Output(OutputError::Ending { .. })), "{error}");
+    }
+}
+
+#[cfg(feature = "fit")]

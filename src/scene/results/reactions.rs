@@ -7,7 +7,7 @@ use crate::boundary::ConstraintEquation;
 use crate::each::{Each, IntoEach, list_of};
 use crate::error::{BoundaryError, Error, Invalid, SolveError};
 use crate::geometry::{Part, Point};
-use crate::output::{PvdCollection, Table};
+use crate::output::{PvdCollection, Table, check_ending};
 use crate::solve::{EquilibriumPath, State};
 
 use crate::scene::discretisation::conditions::Placed;
@@ -264,9 +264,11 @@ impl<const D: usize> Problem<D> {
     /// ```
     ///
     /// # Errors
-    /// For a path of another problem, and where the file system refuses.
+    /// For a path of another problem, an ending other than `pvd`, and where the file system refuses.
     pub fn write(&self, path: &EquilibriumPath, file: impl AsRef<std::path::Path>) -> Result<(), Error> {
         let file = file.as_ref();
+        // What stands behind a dot would be left out of the names of all files: `push_0.5` and `push_0.7` would be one.
+        check_ending(file, &["pvd"])?;
         let mut films = PvdCollection::default();
         self.write_states(path, 0, file, "", 0.0, &mut films)?;
         // All ranks sum forces.

@@ -2,7 +2,7 @@
 
 use crate::each::Each;
 use crate::error::Error;
-use crate::output::{PvdCollection, Table};
+use crate::output::{PvdCollection, Table, check_ending};
 use crate::scene::Problem;
 use crate::solve::EquilibriumPath;
 
@@ -51,6 +51,7 @@ pub fn history<const D: usize>(stages: &[StagePath<D>]) -> Result<Table, Error> 
 /// As [`Problem::write`].
 pub fn write_stages<const D: usize>(stages: &[StagePath<D>], file: impl AsRef<std::path::Path>) -> Result<(), Error> {
     let file = file.as_ref();
+    check_ending(file, &["pvd"])?;
     let mut films = PvdCollection::default();
     for (number, StagePath { problem, path, .. }) in stages.iter().enumerate() {
         // A stage begins in the state in which the one before has ended.
