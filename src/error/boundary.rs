@@ -184,11 +184,19 @@ pub enum BoundaryError {
         high: Vec<f64>,
     },
     /// No condition has the name or acts at the place requested.
-    #[error("no condition acts on {}; {}", if requested.trim().is_empty() { "\"\"" } else { requested.as_str() }, acting(known))]
+    #[error("no condition acts on {}; {}", if requested.trim().is_empty() { "\"\"" } else { requested.as_str() }, acting(requested, known))]
     UnknownCondition {
         /// The name or place requested.
         requested: String,
         /// The names and places of the conditions that there are.
+        known: String,
+    },
+    /// Nothing that a scene could leave out or move has the name.
+    #[error("no condition, load or contact has the name {requested:?}; {}", named(known))]
+    UnknownName {
+        /// The name requested.
+        requested: String,
+        /// The names that there are.
         known: String,
     },
     /// A load acts outside the body.
@@ -220,12 +228,24 @@ pub enum BoundaryError {
 }
 
 /// What a message says of the conditions that there are.
-fn acting(known: &str) -> String {
+fn acting(requested: &str, known: &str) -> String {
     if known.is_empty() {
         "there are no conditions: add one, or fix the part by Scene::hold".to_string()
+    } else if known.split("; ").any(|own| own == requested) {
+        // Functions can't be compared, so that a part restricted by another one is another part.
+        format!(
+            "name one that does: {known}; where `within` restricts the part, ask for the same Place again, or for the name that \
+             Condition::named gives"
+        )
     } else {
         format!("name one that does: {known}")
     }
+}
+
+/// The names by which something can be left out or moved, and how it gets one.
+fn named(known: &str) -> String {
+    let remedy = "give one by Condition::named, Load::named or RigidSurface::named; a place is no name";
+    if known.is_empty() { remedy.to_string() } else { format!("there are: {known}; {remedy}") }
 }
 
 /// The names that there are, or what to do where there are none.

@@ -106,7 +106,8 @@ pub enum ContactError {
     /// A rigid surface that was outside a body is inside it after a step.
     #[error(
         "{contact}: at load factor {load} the rigid surface has passed through the body, at x = {at:?}: take more particles where it \
-         presses, so that several touch it"
+         presses, so that several touch it; where the rubber rolls over the edge of the part that touches, let the faces behind the \
+         edge touch too"
     )]
     PassedThrough {
         /// The contact.

@@ -233,4 +233,19 @@ fn a_name_with_another_ending_is_refused() {
     }
 }
 
+#[test]
+fn places_and_names_are_told_apart() {
+    let left = || Place::on((0, Side::Min)).within(|x: &Point<2>| x[1] > 0.4);
+    let scene = block().prescribe(left(), 0, 0.1);
+    let problem = scene.discretize(&Scheme::default().particles([5, 5])).unwrap();
+    let state = problem.run().unwrap().last().clone();
+    // Another function is another part, though both are written alike.
+    let error = problem.reaction(&state, left()).unwrap_err().to_string();
+    assert!(error.contains("Condition::named"), "{error}");
+    // A condition without a name acts on a part with one.
+    let error = refusal(&scene.name("top", (1, Side::Max)).hold("top").without("top"), &Scheme::default());
+    assert!(matches!(error, Error::Boundary(BoundaryError::UnknownName { .. })), "{error}");
+    assert!(!error.to_string().contains("acts on") && error.to_string().contains("Condition::named"), "{error}");
+}
+
 #[cfg(feature = "fit")]

@@ -257,9 +257,7 @@ fn a_rigid_body_goes_on() {
 fn stages_that_can_not_be() {
     let refusal = |stages: Stages<2>| stages.run(&scheme()).err().unwrap();
     let error = refusal(fit().then("again", |scene| scene.without("nothing")));
-    assert!(
-        matches!(&error, Error::Boundary(BoundaryError::UnknownCondition { known, .. }) if known.contains("plate"))
-    );
+    assert!(matches!(&error, Error::Boundary(BoundaryError::UnknownName { known, .. }) if known.contains("plate")));
     let error = refusal(fit().then("load", |scene| scene));
     assert!(matches!(error, Error::Boundary(BoundaryError::StageTwice { .. })), "{error}");
     let error = refusal(Stages::new("first", block()).then(" ", |scene| scene));

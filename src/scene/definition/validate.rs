@@ -39,7 +39,7 @@ impl<const D: usize> Scene<D> {
         check_names(&all_names(self))?;
         self.validate_bodies()?;
         if let Some(name) = self.absent.first() {
-            return Err(BoundaryError::UnknownCondition { requested: name.clone(), known: known(self) }.into());
+            return Err(BoundaryError::UnknownName { requested: name.clone(), known: known(self) }.into());
         }
         for condition in &self.conditions {
             let what = condition.name.clone().unwrap_or_else(|| condition.place.to_string());
