@@ -109,6 +109,12 @@ pub enum FitError {
         /// The value given.
         value: f64,
     },
+    /// A weight for tests that there are not.
+    #[error("no {mode} test to give a weight to: add its points before its weight, or leave the weight out")]
+    Unweighted {
+        /// The mode.
+        mode: &'static str,
+    },
     /// All tests are of a kind that the material does not depend on.
     #[error("{law} can't be fitted to {mode} tests alone: add a uniaxial, equibiaxial or planar test")]
     Unseen {

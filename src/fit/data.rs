@@ -54,12 +54,16 @@ impl TestData {
     /// The same with another weight for the tests of a mode; see [`Test::weight`].
     ///
     /// # Errors
-    /// [`FitError::Weight`] unless it is finite and above zero.
+    /// [`FitError::Weight`] unless it is finite and above zero, [`FitError::Unweighted`] where there is no test of the mode yet.
     pub fn weighted(mut self, mode: Mode, weight: f64) -> Result<Self, FitError> {
         if !(weight > 0.0 && weight.is_finite()) {
             return Err(FitError::Weight { mode: mode.name(), value: weight });
         }
-        self.tests.iter_mut().filter(|test| test.mode == mode).for_each(|test| test.weight = weight);
+        let mut tests = self.tests.iter_mut().filter(|test| test.mode == mode).peekable();
+        if tests.peek().is_none() {
+            return Err(FitError::Unweighted { mode: mode.name() });
+        }
+        tests.for_each(|test| test.weight = weight);
         Ok(self)
     }
 

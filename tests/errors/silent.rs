@@ -1,6 +1,8 @@
 //! What no body could follow, or no scheme serve, is refused: with both sides, the place and the remedy.
 #![cfg(feature = "solve")]
 
+#[cfg(feature = "fit")]
+use rkpm::error::FitError;
 use rkpm::error::{BoundaryError, ContactError, GeometryError, Incompatible, OutputError};
 use rkpm::material::{Prony, Viscoelastic};
 use rkpm::mesh::CellShape;
@@ -248,4 +250,24 @@ fn places_and_names_are_told_apart() {
     assert!(!error.to_string().contains("acts on") && error.to_string().contains("Condition::named"), "{error}");
 }
 
+#[test]
+fn causes_are_errors() {
+    fn newton() -> Result<(), Box<dyn std::error::Error>> {
+        let problem = block().discretize(&Scheme::default().particles([4, 3]))?;
+        problem.equilibrium()?.solve(Rhs::Force(&[1.0]))?;
+        Ok(())
+    }
+    assert!(newton().unwrap_err().is::<rkpm::error::Cause>());
+}
+
 #[cfg(feature = "fit")]
+#[test]
+fn a_weight_of_no_test_is_refused() {
+    use rkpm::fit::TestData;
+    use rkpm::material::Mode;
+    let points = [[1.1, 0.1], [1.2, 0.2]];
+    let early = TestData::new().weighted(Mode::Uniaxial, 2.0);
+    assert!(matches!(early, Err(FitError::Unweighted { mode: "uniaxial" })), "{:?}", early.err());
+    let late = TestData::new().with(Mode::Uniaxial, points).unwrap().weighted(Mode::Uniaxial, 2.0).unwrap();
+    assert_eq!(late.test(Mode::Uniaxial).map(|test| test.weight), Some(2.0));
+}
