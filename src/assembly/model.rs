@@ -172,13 +172,14 @@ impl Model {
         Morton::through(self.dim, self.coordinates.chunks_exact(self.dim))
     }
 
-    /// The reference position of a node in the model's own dimension.
+    /// The reference position of a node in as many dimensions as are asked for.
     #[cfg(feature = "solve")]
     pub(crate) fn point<const D: usize>(&self, node: usize) -> Point<D> {
-        Point::from_column_slice(self.coordinates(node))
+        let own = self.coordinates(node);
+        Point::from_fn(|i, _| own.get(i).copied().unwrap_or(0.0))
     }
 
-    /// The reference positions of all nodes in the model's own dimension.
+    /// The reference positions of all nodes in as many dimensions.
     #[cfg(feature = "solve")]
     pub(crate) fn points<const D: usize>(&self) -> Vec<Point<D>> {
         (0..self.node_count()).map(|node| self.point(node)).collect()

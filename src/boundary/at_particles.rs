@@ -1,7 +1,7 @@
 //! Constraint equations at particles.
 
 use crate::error::{ApproximationError, Error};
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::table::check_values;
 use crate::term::Amplitude;
@@ -9,7 +9,7 @@ use crate::term::Amplitude;
 use super::constraints::{AT_PARTICLES, Constraints};
 use super::over_boundary::rounding;
 use super::prescribed_directions::is_redundant;
-use super::row_values::{PrescribedComponent, Prescription, scaled};
+use super::row_values::{Prescription, scaled};
 
 impl Constraints {
     /// Conditions $u_i(X_J) = g(X_J)\\,a(\lambda)$ at particles: the constraint equations $\Psi_I(X_J)$ of the paper's
@@ -28,8 +28,8 @@ impl Constraints {
         amplitude: &Amplitude,
         label: &str,
     ) -> Result<(), Error> {
-        let value = scaled(target, amplitude);
-        self.collocate(approximation, particles, &[], &PrescribedComponent::new(component, &value, label)?)
+        let prescription = Prescription::of(D, component, scaled(target, amplitude), label)?;
+        self.collocate(approximation, particles, &[], &prescription)
     }
 
     /// Conditions $e(X_J)\\cdot u(X_J) = g$ at particles, with the outward normals there where they are known.
@@ -37,8 +37,8 @@ impl Constraints {
         &mut self,
         approximation: &dyn Approximation<D>,
         particles: &[usize],
-        normals: &[Point<D>],
-        prescription: &dyn Prescription<D>,
+        normals: &[Point<3>],
+        prescription: &Prescription<'_>,
     ) -> Result<(), Error> {
         let rounding = rounding(approximation.nodes());
         let (mut scratch, mut psi) = (Scratch::default(), ShapeFunctions::default());
@@ -47,7 +47,7 @@ impl Constraints {
                 return Err(no_particle(particle).into());
             };
             let normal = normals.get(place).copied().unwrap_or_else(Point::zeros);
-            let requested = prescription.at(&at, &normal)?;
+            let requested = prescription.at(&padded(&at), &normal)?;
             if is_redundant(self.prescriptions(AT_PARTICLES, particle), &requested, at.as_slice(), rounding)? {
                 continue;
             }
@@ -59,7 +59,7 @@ impl Constraints {
                 let parts = (0..D).filter(|&i| direction[i] != 0.0);
                 entries.extend(parts.map(|i| (node as usize * D + i, value * direction[i])));
             }
-            let value = prescription.value(vec![(at, 1.0)]);
+            let value = (prescription.value)(vec![(padded(&at), 1.0)]);
             self.own(D, (AT_PARTICLES, particle), requested, entries, value)?;
         }
         Ok(())

@@ -21,7 +21,7 @@ pub(crate) use enforcement::Unaugmented;
 pub use enforcement::{Enforcement, LagrangeMultipliers, MixedTransformation};
 pub use equation::ConstraintEquation;
 pub(crate) use equation::{check_component, check_unknowns};
-pub(crate) use over_boundary::{BoundaryPiece, InterfaceSide, facet_neighbours, rounding};
+pub(crate) use over_boundary::{FacetFunctions, Order, Sums, facet_order, rounding};
 pub(crate) use ownership::Claims;
 pub(crate) use prescribed_directions::is_redundant;
 pub use reduction::Reduction;

@@ -4,9 +4,9 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use crate::cells::BoundaryCells;
-use crate::error::Error;
-use crate::geometry::{Point, padded, unit};
-use crate::kinematics::Kinematics;
+use crate::error::{BoundaryError, Error};
+use crate::geometry::{Point, all_padded, unit};
+use crate::kinematics::{self, Kinematics};
 use crate::order;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::table::check_values;
@@ -15,7 +15,7 @@ use crate::term::Amplitude;
 use super::constraints::{Constraints, OVER_BOUNDARY};
 use super::equation::ConstraintEquation;
 use super::prescribed_directions::{PrescribedDirection, is_redundant};
-use super::row_values::{Motion, PrescribedComponent, Prescription, moved, scaled};
+use super::row_values::{Motion, Prescription, Value, moved, scaled};
 
 impl Constraints {
     /// Conditions $\int\Theta_J(u_i - g\\,a(\lambda))\\,\mathrm d\Gamma = 0$ over a boundary part with its linear
@@ -38,9 +38,7 @@ impl Constraints {
         amplitude: &Amplitude,
         label: &str,
     ) -> Result<(), Error> {
-        let (mut piece, value) = (BoundaryPiece::new(Arc::new(boundary.clone())), scaled(target, amplitude));
-        let prescription = PrescribedComponent::new(component, &value, label)?;
-        self.integrate(approximation, &mut piece, kinematics, &prescription, None)
+        self.over((approximation, boundary, kinematics), component, scaled(target, amplitude), label)
     }
 
     /// Conditions $\int\Theta_J(u_i - g(X, \lambda))\\,\mathrm d\Gamma = 0$: as
@@ -57,30 +55,38 @@ impl Constraints {
         motion: &Motion<D>,
         label: &str,
     ) -> Result<(), Error> {
-        let (mut piece, value) = (BoundaryPiece::new(Arc::new(boundary.clone())), moved(motion));
-        let prescription = PrescribedComponent::new(component, &value, label)?;
-        self.integrate(approximation, &mut piece, kinematics, &prescription, None)
+        self.over((approximation, boundary, kinematics), component, moved(motion.clone()), label)
     }
 
-    /// Conditions $\int\Theta_J\,(e(X)\cdot u - g)\,\mathrm d\Gamma = 0$ along a direction that may vary. The particles of the piece whose equation another one owns are `yielded`; where that was not settled before, an
-    /// earlier condition owns the equation.
-    pub(crate) fn integrate<const D: usize>(
+    fn over<const D: usize>(
         &mut self,
-        approximation: &dyn Approximation<D>,
-        piece: &mut BoundaryPiece<D>,
-        kinematics: &dyn Kinematics<D>,
-        prescription: &dyn Prescription<D>,
+        (approximation, boundary, kinematics): (&dyn Approximation<D>, &BoundaryCells<D>, &dyn Kinematics<D>),
+        component: usize,
+        value: Value<'_>,
+        label: &str,
+    ) -> Result<(), Error> {
+        let prescription = Prescription::of(D, component, value, label)?;
+        let functions = FacetFunctions::new((approximation, 0, 1.0), Arc::new(boundary.padded()), kinematics)?;
+        self.integrate(&all_padded(approximation.nodes()), (&functions, &mut None), &prescription, None)
+    }
+
+    /// Conditions $\int\Theta_J\,(e(X)\cdot u - g)\,\mathrm d\Gamma = 0$ along a direction that may vary; integrals along the first axis are kept for conditions
+    /// along the others. The particles of the piece whose equation another one owns are `yielded`;
+    /// where that was not settled before, an earlier condition owns the equation.
+    pub(crate) fn integrate(
+        &mut self,
+        nodes: &[Point<3>],
+        (functions, along_first): (&FacetFunctions, &mut Option<Sums>),
+        prescription: &Prescription<'_>,
         yielded: Option<&HashSet<u32>>,
     ) -> Result<(), Error> {
-        let BoundaryPiece { cells: boundary, along_first } = piece;
-        boundary.validate(approximation.nodes().len())?;
-        let (order, neighbours) = facet_neighbours(boundary);
-        let rounding = rounding(approximation.nodes());
-        let normals = boundary.normals_at_particles();
+        functions.cells.validate(nodes.len())?;
+        let (dim, order) = (functions.dim, facet_order(&functions.cells));
+        let (rounding, normals) = (rounding(nodes), functions.cells.normals_at_particles());
         // What this condition requests of each particle, and which have it already.
-        let mut requested: HashMap<u32, (PrescribedDirection, bool)> = HashMap::with_capacity(order.len());
-        for &particle in &order {
-            let at = approximation.nodes()[particle as usize];
+        let mut requested: HashMap<u32, (PrescribedDirection, bool)> = HashMap::with_capacity(order.0.len());
+        for &particle in &order.0 {
+            let at = nodes[particle as usize];
             let normal = normals.get(&particle).copied().unwrap_or_else(Point::zeros);
             let wanted = prescription.at(&at, &normal)?;
             let prescriptions = self.prescriptions(OVER_BOUNDARY, particle as usize);
@@ -88,58 +94,48 @@ impl Constraints {
                 Some(yielded) => yielded.contains(&particle),
                 // Both conditions hold at the corner, whoever owns it: merged without a look, the later one would be spread
                 // over its neighbours and the answer depend on the order.
-                None => is_redundant(prescriptions, &wanted, at.as_slice(), rounding)?,
+                None => is_redundant(prescriptions, &wanted, &at.as_slice()[..dim], rounding)?,
             };
             requested.insert(particle, (wanted, again));
         }
-        let side = InterfaceSide { approximation, boundary, first_node: 0, sign: 1.0 };
         let varying;
-        let sums = match (prescription.axis(), along_first) {
+        let sums = match (prescription.axis, along_first) {
             (Some(_), Some(known)) => &*known,
-            (Some(_), along_first) => along_first.insert(integrals(&[side], kinematics, None)?),
+            (Some(_), along_first) => along_first.insert(integrals(&[functions], None)?),
             (None, _) => {
-                varying = integrals(&[side], kinematics, Some(prescription))?;
+                varying = integrals(&[functions], Some(prescription))?;
                 &varying
             }
         };
-        let is_free = |particle: u32| !requested[&particle].1;
-        let node = |particle: u32| padded(&approximation.nodes()[particle as usize]);
-        let mut received = received(&node, (&order, &neighbours), &is_free);
-        for particle in order {
-            let Some(parts) = found(sums, received.remove(&particle)) else { continue };
+        for (particle, parts) in received(nodes, &order, sums, |particle| !requested[&particle].1) {
             let mut points = Vec::new();
             for part in &parts {
                 points.extend_from_slice(&part.points);
             }
-            let entries = summed(&parts, prescription.axis().unwrap_or(0));
+            let entries = summed(&parts, prescription.axis.unwrap_or(0));
             // The trace functions carry their measure: a multiplier is a traction [stress], whatever the spacing.
-            let Some((wanted, _)) = requested.remove(&particle) else { continue };
-            self.own(D, (OVER_BOUNDARY, particle as usize), wanted, entries, prescription.value(points))?;
+            let wanted = requested[&particle].0.clone();
+            self.own(dim, (OVER_BOUNDARY, particle as usize), wanted, entries, (prescription.value)(points))?;
         }
         Ok(())
     }
 
-    /// Conditions $\int\Theta_J\,(u_1 - u_2)\,\mathrm d\Gamma = 0$ between two sides with trace functions of the particles on `faces` of the
-    /// first one, for the particles that `tie` says are free along a component.
-    pub(crate) fn bond<const D: usize>(
+    /// Conditions $\int\Theta_J\,(u_1 - u_2)\,\mathrm d\Gamma = 0$ between two sides with trace functions of the particles of the first one,
+    /// which lie at `nodes` and have an order, for those that `tie` says are free along a component.
+    pub(crate) fn bond(
         &mut self,
-        faces: &BoundaryCells<D>,
-        sides: &[InterfaceSide<'_, D>; 2],
-        kinematics: &dyn Kinematics<D>,
+        nodes: &[Point<3>],
+        order: &Order,
+        sides: [&FacetFunctions; 2],
         label: &str,
         tie: &mut dyn FnMut(usize, u32) -> bool,
     ) -> Result<(), Error> {
-        let (order, neighbours) = facet_neighbours(faces);
-        let sums = integrals(sides, kinematics, None)?;
-        for component in 0..D {
-            let free: HashSet<u32> = order.iter().copied().filter(|&particle| tie(component, particle)).collect();
-            let is_free = |particle: u32| free.contains(&particle);
-            let node = |particle: u32| padded(&sides[0].approximation.nodes()[particle as usize]);
-            let mut received = received(&node, (&order, &neighbours), &is_free);
-            for particle in &order {
-                let Some(parts) = found(&sums, received.remove(particle)) else { continue };
+        let (sums, FacetFunctions { dim, first_node, .. }) = (integrals(&sides, None)?, sides[0]);
+        for component in 0..*dim {
+            let free: HashSet<u32> = order.0.iter().copied().filter(|&particle| tie(component, particle)).collect();
+            for (particle, parts) in received(nodes, order, &sums, |particle| free.contains(&particle)) {
                 let entries = summed(&parts, component);
-                let dependent = (sides[0].first_node + *particle as usize) * D + component;
+                let dependent = (first_node + particle as usize) * dim + component;
                 let (amplitude, label) = (Amplitude::Constant, label.to_string());
                 self.push(ConstraintEquation { entries, dependent, target: 0.0, amplitude, label })?;
             }
@@ -149,9 +145,10 @@ impl Constraints {
 }
 
 /// The particles of a boundary part in the order of its facets, and those that share a facet with each.
-pub(crate) fn facet_neighbours<const D: usize>(boundary: &BoundaryCells<D>) -> (Vec<u32>, HashMap<u32, Vec<u32>>) {
-    let mut neighbours: HashMap<u32, Vec<u32>> = HashMap::new();
-    let mut order: Vec<u32> = Vec::new();
+pub(crate) type Order = (Vec<u32>, HashMap<u32, Vec<u32>>);
+
+pub(crate) fn facet_order(boundary: &BoundaryCells<3>) -> Order {
+    let (mut order, mut neighbours): Order = Default::default();
     for group in boundary.points.groups.windows(2) {
         let mut members: Vec<u32> = Vec::new();
         for traces in &boundary.traces[group[0]..group[1]] {
@@ -171,18 +168,20 @@ pub(crate) fn facet_neighbours<const D: usize>(boundary: &BoundaryCells<D>) -> (
     (order, neighbours)
 }
 
-/// The particles whose trace functions go to each: its own where that is free, or it is the nearest free one on a shared
+/// The integrals of the trace functions by the particle that each goes to: its own where that is free, or the nearest free one on a shared
 /// facet. One that has nowhere to go repeats what is prescribed already.
-fn received(
-    node: &dyn Fn(u32) -> Point<3>,
-    (order, neighbours): (&[u32], &HashMap<u32, Vec<u32>>),
-    is_free: &dyn Fn(u32) -> bool,
-) -> HashMap<u32, Vec<u32>> {
-    let mut received: HashMap<u32, Vec<u32>> = HashMap::new();
+fn received<'a>(
+    nodes: &[Point<3>],
+    (order, neighbours): &Order,
+    sums: &'a Sums,
+    is_free: impl Fn(u32) -> bool,
+) -> Vec<(u32, Vec<&'a Integrals>)> {
+    let mut received: HashMap<u32, Vec<&Integrals>> = HashMap::new();
     for &particle in order {
-        let at = node(particle);
+        let Some(sum) = sums.get(&particle) else { continue };
+        let at = nodes[particle as usize];
         let nearer = |a: &u32, b: &u32| {
-            let distance = |n: &u32| (node(*n) - at).norm_squared();
+            let distance = |n: &u32| (nodes[*n as usize] - at).norm_squared();
             distance(a).total_cmp(&distance(b)).then(a.cmp(b))
         };
         let nearest = |among: &[u32]| among.iter().copied().filter(|&other| is_free(other)).min_by(nearer);
@@ -192,57 +191,65 @@ fn received(
             false => nearest(&neighbours[&particle]).or_else(|| nearest(order)),
         };
         if let Some(receiver) = receiver {
-            received.entry(receiver).or_default().push(particle);
+            received.entry(receiver).or_default().push(sum);
         }
     }
-    received
+    order.iter().filter_map(|particle| received.remove_entry(particle)).collect()
 }
 
-/// The integrals of some particles; none where none of them has any.
-fn found<const D: usize>(sums: &HashMap<u32, Integrals<D>>, particles: Option<Vec<u32>>) -> Option<Vec<&Integrals<D>>> {
-    let mut found = Vec::new();
-    for particle in particles? {
-        if let Some(sum) = sums.get(&particle) {
-            found.push(sum);
+/// Facets with the functions of a body and the measure of its kinematics at their points: one side of constraint equations.
+pub(crate) struct FacetFunctions {
+    dim: usize,
+    /// The first node of the body, and the sign of the side.
+    first_node: usize,
+    sign: f64,
+    pub(crate) cells: Arc<BoundaryCells<3>>,
+    /// Weights with the measure; on the axis that of the line.
+    weights: Vec<f64>,
+    /// Particles and the values of their functions, point by point.
+    values: Vec<(Vec<u32>, Vec<f64>)>,
+}
+
+impl FacetFunctions {
+    pub(crate) fn new<const D: usize>(
+        (approximation, first_node, sign): (&dyn Approximation<D>, usize, f64),
+        cells: Arc<BoundaryCells<3>>,
+        kinematics: &dyn Kinematics<D>,
+    ) -> Result<Self, Error> {
+        let count = approximation.nodes().len();
+        cells.points.validate()?;
+        let points = cells.points.positions.len();
+        let (mut weights, mut values) = (Vec::with_capacity(points), Vec::with_capacity(points));
+        let (mut scratch, mut psi) = (Scratch::default(), ShapeFunctions::default());
+        let has_hoops = !kinematics::hoop_components(kinematics)?.is_empty();
+        let positions: Vec<Point<D>> = all_padded(&cells.points.positions);
+        for group in cells.points.groups.windows(2) {
+            let group = group[0]..group[1];
+            let on_axis = has_hoops && positions[group.clone()].iter().all(|x| kinematics.measure(x) == 0.0);
+            for (at, weight) in positions[group.clone()].iter().zip(&cells.points.weights[group]) {
+                approximation.evaluate_values(at, &mut scratch, &mut psi)?;
+                check_values(&psi, count, at)?;
+                let measure = if on_axis { 1.0 } else { kinematics::measure(kinematics, has_hoops, at)? };
+                weights.push(weight * measure);
+                values.push((psi.nodes.clone(), psi.values.clone()));
+            }
         }
-    }
-    (!found.is_empty()).then_some(found)
-}
-
-/// One side of constraint equations over facets: the trace functions there, the functions of its body, and the first node of this.
-pub(crate) struct InterfaceSide<'a, const D: usize> {
-    pub(crate) approximation: &'a dyn Approximation<D>,
-    pub(crate) boundary: &'a BoundaryCells<D>,
-    pub(crate) first_node: usize,
-    pub(crate) sign: f64,
-}
-
-/// A piece of a boundary; integrals along the first axis are kept for conditions along the others.
-pub(crate) struct BoundaryPiece<const D: usize> {
-    cells: Arc<BoundaryCells<D>>,
-    along_first: Option<HashMap<u32, Integrals<D>>>,
-}
-
-impl<const D: usize> BoundaryPiece<D> {
-    pub(crate) fn new(cells: Arc<BoundaryCells<D>>) -> Self {
-        BoundaryPiece { cells, along_first: None }
-    }
-
-    /// Whether it is the piece of some cells.
-    pub(crate) fn is_of(&self, cells: &Arc<BoundaryCells<D>>) -> bool {
-        Arc::ptr_eq(&self.cells, cells)
+        Ok(FacetFunctions { dim: D, first_node, sign, cells, weights, values })
     }
 }
+
+/// Integrals by trace function.
+pub(crate) type Sums = HashMap<u32, Integrals>;
 
 /// The integrals of one trace function: coefficients by unknown, and the points that they were summed over with their weights.
 #[derive(Default)]
-struct Integrals<const D: usize> {
+pub(crate) struct Integrals {
     entries: HashMap<usize, f64>,
-    points: Vec<(Point<D>, f64)>,
+    points: Vec<(Point<3>, f64)>,
 }
 
 /// The coefficients of several trace functions together, so many components further on, by rising index.
-fn summed<const D: usize>(parts: &[&Integrals<D>], further: usize) -> Vec<(usize, f64)> {
+fn summed(parts: &[&Integrals], further: usize) -> Vec<(usize, f64)> {
     let mut entries: Vec<(usize, f64)> = Vec::new();
     for part in parts {
         for (unknown, value) in &part.entries {
@@ -253,36 +260,22 @@ fn summed<const D: usize>(parts: &[&Integrals<D>], further: usize) -> Vec<(usize
 }
 
 /// Sums each trace function times the shape functions of all sides over their facets, along the first axis or another direction.
-fn integrals<const D: usize>(
-    sides: &[InterfaceSide<'_, D>],
-    kinematics: &dyn Kinematics<D>,
-    along: Option<&dyn Prescription<D>>,
-) -> Result<HashMap<u32, Integrals<D>>, Error> {
-    let mut sums: HashMap<u32, Integrals<D>> = HashMap::new();
-    let (mut scratch, mut psi) = (Scratch::default(), ShapeFunctions::default());
-    let has_hoops = !crate::kinematics::hoop_components(kinematics)?.is_empty();
-    for &InterfaceSide { approximation, boundary, first_node, sign } in sides {
-        for group in boundary.points.groups.windows(2) {
-            let mut at_group = boundary.points.positions[group[0]..group[1]].iter();
-            let on_axis = has_hoops && at_group.all(|x| kinematics.measure(x) == 0.0);
-            for point in group[0]..group[1] {
-                let at = boundary.points.positions[point];
-                approximation.evaluate_values(&at, &mut scratch, &mut psi)?;
-                check_values(&psi, approximation.nodes().len(), &at)?;
-                let measure = if on_axis { 1.0 } else { crate::kinematics::measure(kinematics, has_hoops, &at)? };
-                let normal = boundary.points.normals.get(point).copied().unwrap_or_else(Point::zeros);
-                let direction = along.map_or(Ok(unit(0)), |along| along.along(&at, &normal))?;
-                for &(particle, trace) in &boundary.traces[point] {
-                    let weight = sign * boundary.points.weights[point] * measure * trace;
-                    let Integrals { entries, points } = sums.entry(particle).or_default();
-                    for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
-                        for i in (0..D).filter(|&i| direction[i] != 0.0) {
-                            *entries.entry((first_node + node as usize) * D + i).or_default() +=
-                                weight * psi * direction[i];
-                        }
+fn integrals(sides: &[&FacetFunctions], along: Option<&Prescription<'_>>) -> Result<Sums, BoundaryError> {
+    let mut sums = Sums::new();
+    for FacetFunctions { dim, first_node, sign, cells, weights, values } in sides {
+        for (point, at) in cells.points.positions.iter().enumerate() {
+            let normal = cells.points.normals.get(point).copied().unwrap_or_else(Point::zeros);
+            let direction = along.map_or(Ok(unit(0)), |along| (along.along)(at, &normal))?;
+            for &(particle, trace) in &cells.traces[point] {
+                let weight = sign * weights[point] * trace;
+                let Integrals { entries, points } = sums.entry(particle).or_default();
+                for (&node, psi) in values[point].0.iter().zip(&values[point].1) {
+                    for i in (0..*dim).filter(|&i| direction[i] != 0.0) {
+                        *entries.entry((first_node + node as usize) * dim + i).or_default() +=
+                            weight * psi * direction[i];
                     }
-                    points.push((at, weight));
                 }
+                points.push((*at, weight));
             }
         }
     }

@@ -5,7 +5,6 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::cells::BoundaryCells;
-use crate::each::Each;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::Point;
 
@@ -52,25 +51,17 @@ pub(crate) struct Owners {
     pub(crate) overruled: Vec<BoundaryError>,
 }
 
-/// The particles that have trace functions, by rising index.
-fn carriers(traces: &[Vec<(u32, f64)>]) -> Vec<u32> {
-    let mut particles: Vec<u32> = traces.iter().flatten().map(|trace| trace.0).collect();
-    particles.sort_unstable();
-    particles.dedup();
-    particles
-}
-
 impl Claims {
     /// Takes in what one direction of a condition prescribes over pieces, whose functions may be `rebuilt` without some of their particles;
     /// the numbers that the pieces have from then on.
     ///
     /// # Errors
     /// Where the value differs from that of an earlier condition on a piece that faces the direction as much: neither owns the equation.
-    pub(crate) fn add<const D: usize>(
+    pub(crate) fn add(
         &mut self,
-        nodes: &[Point<D>],
-        (pieces, rebuilt): (&[Arc<BoundaryCells<D>>], bool),
-        prescription: &dyn Prescription<D>,
+        (dim, nodes): (usize, &[Point<3>]),
+        (pieces, rebuilt): (&[Arc<BoundaryCells<3>>], bool),
+        prescription: &Prescription<'_>,
     ) -> Result<Range<usize>, Error> {
         let rounding = rounding(nodes);
         let mut made = Vec::new();
@@ -79,40 +70,34 @@ impl Claims {
             let all = &cells.points.normals;
             let first = if !rebuilt && all.iter().any(|n| (n - all[0]).norm() > TIE) { CURVED } else { 0.0 };
             let normals = cells.normals_at_particles();
-            for particle in carriers(&cells.traces) {
+            let mut particles: Vec<u32> = cells.traces.iter().flatten().map(|trace| trace.0).collect();
+            particles.sort_unstable();
+            particles.dedup();
+            for particle in particles {
                 let at = nodes[particle as usize];
                 let normal = normals.get(&particle).copied().unwrap_or_else(Point::zeros);
                 let wanted = prescription.at(&at, &normal)?;
                 let facing = first + wanted.facing(normal.as_slice());
-                let equal = self.equal(particle, facing);
-                is_redundant(&equal, &wanted, at.as_slice(), rounding)?;
+                let known = self.of.get(&particle).map_or(&[][..], Vec::as_slice);
+                let equal = known.iter().filter(|claim| (claim.facing - facing).abs() <= TIE);
+                let equal: Vec<PrescribedDirection> = equal.map(|claim| claim.prescription.clone()).collect();
+                is_redundant(&equal, &wanted, &at.as_slice()[..dim], rounding)?;
                 made.push((particle, Claim { piece: self.pieces + place, facing, prescription: wanted }));
             }
         }
-        Ok(self.append(made, pieces.len(), rebuilt))
-    }
-
-    /// What is prescribed already of a particle by pieces that face it alike.
-    fn equal(&self, particle: u32, facing: f64) -> Vec<PrescribedDirection> {
-        let known = self.of.get(&particle).map_or(&[][..], Vec::as_slice);
-        let equal = known.iter().filter(|claim| (claim.facing - facing).abs() <= TIE);
-        equal.map(|claim| claim.prescription.clone()).collect()
-    }
-
-    fn append(&mut self, made: Vec<(u32, Claim)>, pieces: usize, rebuilt: bool) -> Range<usize> {
         for (particle, claim) in made {
             self.of.entry(particle).or_default().push(claim);
         }
         let first = self.pieces;
-        self.pieces += pieces;
+        self.pieces += pieces.len();
         if rebuilt {
             self.rebuilt.extend(first..self.pieces);
         }
-        first..self.pieces
+        Ok(first..self.pieces)
     }
 
     /// Gives each equation to one piece.
-    pub(crate) fn settle<const D: usize>(&self, nodes: &[Point<D>]) -> Owners {
+    pub(crate) fn settle(&self, (dim, nodes): (usize, &[Point<3>])) -> Owners {
         let owned = self.owned();
         let mut settled = Owners { yielded: vec![HashSet::new(); self.pieces], overruled: Vec::new() };
         let (rounding, mut known) = (rounding(nodes), HashSet::new());
@@ -121,11 +106,12 @@ impl Claims {
             if owners.len() == claims.len() {
                 continue;
             }
-            let prescriptions: Vec<PrescribedDirection> = owners.mapped(|&claim| claims[claim].prescription.clone());
+            let prescriptions: Vec<PrescribedDirection> =
+                owners.iter().map(|&claim| claims[claim].prescription.clone()).collect();
+            let at = &nodes[*particle as usize].as_slice()[..dim];
             for (_, claim) in claims.iter().enumerate().filter(|(number, _)| !owners.contains(number)) {
                 settled.yielded[claim.piece].insert(*particle);
-                let repeated =
-                    is_redundant(&prescriptions, &claim.prescription, nodes[*particle as usize].as_slice(), rounding);
+                let repeated = is_redundant(&prescriptions, &claim.prescription, at, rounding);
                 if let Err(BoundaryError::Conflict { first: owner, second: other, component, at, values }) = repeated
                     && known.insert((owner.clone(), other.clone()))
                 {
@@ -176,7 +162,7 @@ fn owners(claims: &[Claim], by_normal: bool) -> Vec<usize> {
     let mut left: Vec<usize> = (0..claims.len()).collect();
     let (mut taken, mut prescriptions) = (Vec::with_capacity(claims.len()), Vec::with_capacity(claims.len()));
     while !left.is_empty() {
-        let most = left.largest(|&claim| facing(claim));
+        let most = left.iter().map(|&claim| facing(claim)).fold(0.0, f64::max);
         let Some(&next) = left.iter().find(|claim| facing(**claim) >= most - TIE) else { break };
         taken.push(next);
         prescriptions.push(claims[next].prescription.clone());

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::each::{Each, EachOf, array_of};
 use crate::error::BoundaryError;
-use crate::geometry::{Point, padded};
+use crate::geometry::Point;
 use crate::linear::vector::dot;
 use crate::term::Amplitude;
 
@@ -27,8 +27,8 @@ pub(crate) struct PrescribedDirection {
 }
 
 impl PrescribedDirection {
-    pub(crate) fn new<const D: usize>(direction: Point<D>, label: &str, target: f64, amplitude: Amplitude) -> Self {
-        let direction = padded::<D, 3>(&direction).into();
+    pub(crate) fn new(direction: Point<3>, label: &str, target: f64, amplitude: Amplitude) -> Self {
+        let direction = direction.into();
         PrescribedDirection { direction, label: label.to_string(), target, amplitude, equation: 0 }
     }
 
@@ -162,8 +162,8 @@ pub(crate) fn check_agreement(
 mod tests {
     use super::*;
 
-    fn prescription(direction: [f64; 2], target: f64) -> PrescribedDirection {
-        PrescribedDirection::new(Point::<2>::from(direction), "a plane", target, Amplitude::Ramp)
+    fn prescription([x, y]: [f64; 2], target: f64) -> PrescribedDirection {
+        PrescribedDirection::new(Point::<3>::new(x, y, 0.0), "a plane", target, Amplitude::Ramp)
     }
 
     #[test]

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::each::Each;
 use crate::error::BoundaryError;
-use crate::geometry::{Point, unit};
+use crate::geometry::{Point, padded, unit};
 use crate::term::Amplitude;
 
 use super::equation::check_component;
@@ -13,82 +12,55 @@ use super::prescribed_directions::PrescribedDirection;
 /// A displacement component as a function of $X$ and the load factor.
 pub type Motion<const D: usize> = Arc<dyn Fn(&Point<D>, f64) -> f64 + Send + Sync>;
 
+/// The unit vector at a point with the outward normal of the boundary there (zero where there is none).
+type Along<'a> = Box<dyn Fn(&Point<3>, &Point<3>) -> Result<Point<3>, BoundaryError> + 'a>;
+
 /// A value over weighed points: $g$ and $a(\lambda)$.
-pub(crate) type Value<'a, const D: usize> = &'a dyn Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude);
+pub(crate) type Value<'a> = Box<dyn Fn(Vec<(Point<3>, f64)>) -> (f64, Amplitude) + 'a>;
 
-/// What a condition prescribes along a direction.
-pub(crate) trait Prescription<const D: usize> {
+/// What a condition prescribes along a direction, at places with three components.
+pub(crate) struct Prescription<'a> {
     /// The condition, for messages.
-    fn label(&self) -> &str;
-
+    pub label: String,
     /// The axis that it acts along, where it is one.
-    fn axis(&self) -> Option<usize>;
+    pub axis: Option<usize>,
+    pub along: Along<'a>,
+    pub value: Value<'a>,
+}
 
-    /// The unit vector that it acts along, at a point with the outward normal of the boundary there (zero where there is none).
-    fn along(&self, x: &Point<D>, normal: &Point<D>) -> Result<Point<D>, BoundaryError>;
-
-    /// What it prescribes over weighed points: $g$ and $a(\lambda)$.
-    fn value(&self, points: Vec<(Point<D>, f64)>) -> (f64, Amplitude);
+impl<'a> Prescription<'a> {
+    /// Of a component.
+    pub(super) fn of(dim: usize, component: usize, value: Value<'a>, label: &str) -> Result<Self, BoundaryError> {
+        check_component(component, dim, label)?;
+        let along = Box::new(move |_: &_, _: &_| Ok(unit(component)));
+        Ok(Prescription { label: label.to_string(), axis: Some(component), along, value })
+    }
 
     /// What it prescribes at a point.
-    fn at(&self, x: &Point<D>, normal: &Point<D>) -> Result<PrescribedDirection, BoundaryError> {
-        let (target, amplitude) = self.value(vec![(*x, 1.0)]);
-        Ok(PrescribedDirection::new(self.along(x, normal)?, self.label(), target, amplitude))
-    }
-}
-
-/// A prescribed component.
-pub(super) struct PrescribedComponent<'a, const D: usize> {
-    component: usize,
-    value: Value<'a, D>,
-    label: &'a str,
-}
-
-impl<'a, const D: usize> PrescribedComponent<'a, D> {
-    pub(super) fn new(component: usize, value: Value<'a, D>, label: &'a str) -> Result<Self, BoundaryError> {
-        check_component(component, D, label)?;
-        Ok(PrescribedComponent { component, value, label })
-    }
-}
-
-impl<const D: usize> Prescription<D> for PrescribedComponent<'_, D> {
-    fn label(&self) -> &str {
-        self.label
-    }
-
-    fn axis(&self) -> Option<usize> {
-        Some(self.component)
-    }
-
-    fn along(&self, _: &Point<D>, _: &Point<D>) -> Result<Point<D>, BoundaryError> {
-        Ok(unit(self.component))
-    }
-
-    fn value(&self, points: Vec<(Point<D>, f64)>) -> (f64, Amplitude) {
-        (self.value)(points)
+    pub(crate) fn at(&self, x: &Point<3>, normal: &Point<3>) -> Result<PrescribedDirection, BoundaryError> {
+        let (target, amplitude) = (self.value)(vec![(*x, 1.0)]);
+        Ok(PrescribedDirection::new((self.along)(x, normal)?, &self.label, target, amplitude))
     }
 }
 
 /// $g\\,a(\lambda)$ with $g = \sum w\\,g(X)$.
 pub(crate) fn scaled<'a, const D: usize>(
-    target: &'a dyn Fn(&Point<D>) -> f64,
+    target: impl Fn(&Point<D>) -> f64 + 'a,
     amplitude: &'a Amplitude,
-) -> impl Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude) + 'a {
-    move |points| {
-        let sum = points.summed(|(x, w)| w * target(x));
+) -> Value<'a> {
+    Box::new(move |points| {
+        let sum = points.iter().map(|(x, w)| w * target(&padded(x))).sum();
         // Weights of either sign would make a NaN of what is infinite.
-        let odd = points.iter().map(|(x, _)| target(x)).find(|value| !value.is_finite());
+        let odd = points.iter().map(|(x, _)| target(&padded(x))).find(|value| !value.is_finite());
         (odd.unwrap_or(sum), amplitude.clone())
-    }
+    })
 }
 
 /// $\sum w\\,g(X, \lambda)$, all of it in the amplitude.
-pub(crate) fn moved<'a, const D: usize>(
-    motion: &'a Motion<D>,
-) -> impl Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude) + 'a {
-    move |points| {
+pub(crate) fn moved<'a, const D: usize>(motion: Motion<D>) -> Value<'a> {
+    Box::new(move |points| {
         let motion = motion.clone();
-        let sum = move |load: f64| points.summed(|(x, w)| w * motion(x, load));
+        let sum = move |load: f64| points.iter().map(|(x, w)| w * motion(&padded(x), load)).sum();
         (1.0, Amplitude::Function(Arc::new(sum)))
-    }
+    })
 }

@@ -6,6 +6,8 @@ use std::collections::HashSet;
 
 use crate::error::GeometryError;
 use crate::geometry::Point;
+#[cfg(feature = "solve")]
+use crate::geometry::all_padded;
 use crate::quadrature::Points;
 
 /// Cosine between normals of facets below which they are faces of their own to contact: a trace function around a corner would be held up
@@ -49,6 +51,15 @@ impl<const D: usize> BoundaryCells<D> {
         normals.retain(|_, normal| normal.norm() > 0.0);
         normals.values_mut().for_each(|normal| *normal /= normal.norm());
         normals
+    }
+
+    /// The same with three components.
+    #[cfg(feature = "solve")]
+    pub(crate) fn padded(&self) -> BoundaryCells<3> {
+        let Points { positions, weights, normals, groups } = &self.points;
+        let [positions, normals] = [positions, normals].map(|all| all_padded(all));
+        let points = Points { positions, weights: weights.clone(), normals, groups: groups.clone() };
+        BoundaryCells { points, traces: self.traces.clone() }
     }
 
     /// The mean of the points of each facet.

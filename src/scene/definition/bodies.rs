@@ -153,6 +153,17 @@ impl<const D: usize> Scene<D> {
         let knows = |body: usize, part: &Part| Ok(cells[body].1.boundary_nodes(part).map(|_| ())?);
         bodies_at(&self.body_names(), place.of.as_deref(), &place.spot.described(), what, &knows, reaches)
     }
+
+    /// The body of a place in contact, by its number, and the place with its name looked up.
+    pub(crate) fn touching(
+        &self,
+        place: &Place<D>,
+        cells: &[(Scheme, Arc<dyn Cells<D>>)],
+    ) -> Result<(usize, Place<D>), Error> {
+        let place = self.resolve(place);
+        let of = self.bodies_at(&place, &|| format!("contact of {place}"), cells, &|_| true)?;
+        Ok((of.first().copied().unwrap_or(0), place))
+    }
 }
 
 /// The bodies of these names that a place lies on; each of them `knows` a part or refuses it.

@@ -1,8 +1,9 @@
 //! Bonds: bodies that share faces, joined by rows over the interface.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
-use crate::boundary::Constraints;
+use crate::boundary::{Constraints, FacetFunctions};
 use crate::cells::BoundaryCells;
 use crate::error::Error;
 use crate::geometry::{Disjoint, Part, Point};
@@ -13,7 +14,7 @@ use super::conditions::Placed;
 use super::discrete_body::DiscreteBody;
 use super::facet_rule::FacetRule;
 use super::interface::{Face, carried, shared};
-use super::interface_moments::correct;
+use super::interface_moments::{Weighed, correct};
 use crate::scene::{BodyCells, Place, Scene, Spot};
 
 /// Middles of one facet found twice differ by less than this part of its coordinates.
@@ -39,44 +40,48 @@ fn ties<const D: usize>(equations: &Constraints, unknowns: usize) -> Disjoint {
 fn bond<const D: usize>(
     equations: &mut Constraints,
     ties: &mut Disjoint,
-    discrete_bodies: [&DiscreteBody<D>; 2],
+    bodies: [&DiscreteBody<D>; 2],
     boundaries: [BoundaryCells<D>; 2],
     kinematics: &dyn Kinematics<D>,
 ) -> Result<bool, Error> {
-    let chosen = shared([&boundaries[0], &boundaries[1]]);
+    let chosen = shared(D, boundaries.each_ref().map(BoundaryCells::padded));
     if chosen.iter().any(Vec::is_empty) {
         return Ok(false);
     }
-    let face = |side: usize| Face::new(discrete_bodies[side], &boundaries[side], &chosen[side], kinematics);
-    let (mut mortar, mut other) = (face(0)?, face(1)?);
-    if other.particles.len() < mortar.particles.len() {
-        std::mem::swap(&mut mortar, &mut other);
+    let face = |side: usize| Face::new(bodies[side], &boundaries[side], &chosen[side], kinematics);
+    let (mut pair, mut faces) = (bodies, [face(0)?, face(1)?]);
+    if faces[1].order.0.len() < faces[0].order.0.len() {
+        pair.reverse();
+        faces.reverse();
     }
-    let centre = mortar.cells.points.positions.iter().sum::<Point<D>>() / mortar.weights.len() as f64;
-    let size = mortar.cells.points.positions.iter().map(|x| (x - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
-    let totals = [mortar.moments(&centre, size), other.moments(&centre, size)];
+    let [mortar, other] = &faces;
+    let centre = mortar.positions().iter().sum::<Point<3>>() / mortar.weights.len() as f64;
+    let size = mortar.positions().iter().map(|x| (x - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
+    let weighed = faces.each_ref().map(|face| Weighed::new(face, &centre, size));
+    let totals = weighed.each_ref().map(Weighed::totals);
     let agree = totals[0].iter().zip(&totals[1]).all(|(a, b)| (a - b).abs() <= AGREED * totals[0][0].abs());
-    let mut there = BoundaryCells { traces: carried(&mortar, &other), ..other.cells.clone() };
-    let cells = if agree {
-        correct(&mut there.traces, &mortar, &other, &centre, size);
-        [&mortar.cells, &there]
-    } else if totals[0][0] <= totals[1][0] {
-        // The faces end at different places: the points of the smaller one serve both.
-        [&mortar.cells; 2]
-    } else {
-        [&there; 2]
+    let (here, mut there) = (&mortar.cells, BoundaryCells { traces: carried(mortar, other), ..(*other.cells).clone() });
+    if agree {
+        correct(&mut there.traces, mortar, weighed.each_ref());
+    }
+    let there = &Arc::new(there);
+    // Where the faces end at different places the points of the smaller one serve both.
+    let smaller = if totals[0][0] <= totals[1][0] { here } else { there };
+    let cells = if agree { [here, there] } else { [smaller; 2] };
+    let side = |side: usize, sign: f64| {
+        let DiscreteBody { approximation, nodes, .. } = pair[side];
+        FacetFunctions::new((&**approximation, nodes.start, sign), cells[side].clone(), kinematics)
     };
-    let sides = [mortar.side(cells[0], 1.0), other.side(cells[1], -1.0)];
-    let label = format!("bond of {} and {}", discrete_bodies[0].name, discrete_bodies[1].name);
+    let sides = [&side(0, 1.0)?, &side(1, -1.0)?];
+    let label = format!("bond of {} and {}", bodies[0].name, bodies[1].name);
     let nearest = |particle: u32| {
-        let x = mortar.position(particle);
-        let distance = |k: u32| (other.position(k) - x).norm_squared();
-        let all = other.particles.iter().copied();
+        let distance = |k: u32| (other.nodes[k as usize] - mortar.nodes[particle as usize]).norm_squared();
+        let all = other.order.0.iter().copied();
         all.min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b))).unwrap_or(0)
     };
-    let nearest: HashMap<u32, u32> = mortar.particles.iter().map(|&particle| (particle, nearest(particle))).collect();
-    equations.bond(&mortar.cells, &sides, kinematics, &label, &mut |component, own| {
-        let unknown = |side: usize, particle: u32| (sides[side].first_node + particle as usize) * D + component;
+    let nearest: HashMap<u32, u32> = mortar.order.0.iter().map(|&particle| (particle, nearest(particle))).collect();
+    equations.bond(&mortar.nodes, &mortar.order, sides, &label, &mut |component, own| {
+        let unknown = |side: usize, particle: u32| (pair[side].nodes.start + particle as usize) * D + component;
         ties.join(unknown(0, own), unknown(1, nearest[&own]))
     })?;
     Ok(true)
@@ -97,22 +102,16 @@ fn bondable<const D: usize>(
     let mut boundaries = [boundary(pair[0], &Part::Whole)?, boundary(pair[1], &Part::Whole)?];
     for contact in &scene.contact_pairs {
         let Some(second) = &contact.second else { continue };
-        let mut sides = Vec::new();
-        for place in [&contact.first, second] {
-            let place = scene.resolve(place);
-            if let Spot::Part(part) = &place.spot {
-                let of = scene.bodies_at(&place, &|| format!("contact of {place}"), all, &|_| true)?;
-                sides.extend(of.first().map(|&body| (body, part.clone(), place.clone())));
-            }
-        }
-        let [(a, ..), (b, ..)] = sides.as_slice() else { continue };
-        if [*a, *b] != pair && [*b, *a] != pair {
+        let sides = [scene.touching(&contact.first, all)?, scene.touching(second, all)?];
+        let [a, b] = sides.each_ref().map(|side| side.0);
+        if [a, b] != pair && [b, a] != pair {
             continue;
         }
-        for (body, part, place) in &sides {
-            let middles = boundary(*body, part)?.within(&|x| place.holds(x)).middles();
+        for (body, place) in sides {
+            let Spot::Part(part) = &place.spot else { continue };
+            let middles = boundary(body, part)?.within(&|x| place.holds(x)).middles();
             let tree = BoxTree::of(&middles);
-            let own = &mut boundaries[usize::from(*body == pair[1])];
+            let own = &mut boundaries[usize::from(body == pair[1])];
             *own = own.within(&|x| {
                 let nearest = tree.nearest(x).map(|k| middles[k]);
                 nearest.is_none_or(|middle| (middle - x).norm() > SAME * x.norm().max(middle.norm()))

@@ -5,12 +5,11 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::boundary::{
-    BoundaryPiece, Claims, Constraints, Prescription, check_component, is_redundant, moved, rounding, scaled,
+    Claims, Constraints, FacetFunctions, Prescription, Sums, check_component, is_redundant, moved, rounding, scaled,
 };
 use crate::cells::{BoundaryCells, Cells, TraceChoice};
-use crate::each::Each;
 use crate::error::{BoundaryError, Error};
-use crate::geometry::{Part, Point};
+use crate::geometry::{Part, Point, all_padded, padded};
 use crate::shape::Approximation;
 use crate::term::Amplitude;
 
@@ -35,7 +34,7 @@ pub(crate) struct Single<'a, const D: usize> {
     direction: &'a Direction<D>,
     pub(crate) value: &'a Value<D>,
     amplitude: &'a Amplitude,
-    label: String,
+    pub(crate) what: Prescription<'a>,
 }
 
 /// The directions of a condition, one by one.
@@ -45,7 +44,23 @@ pub(crate) fn singles<'a, const D: usize>(
 ) -> impl Iterator<Item = Single<'a, D>> {
     condition.prescribed.iter().map(move |(direction, value)| {
         let (amplitude, label) = (&condition.amplitude, condition.label(direction));
-        Single { place, direction, value, amplitude, label }
+        let axis = match *direction {
+            Direction::Component(component) => Some(component),
+            _ => None,
+        };
+        let prescribed = match value {
+            Value::Motion(motion) => {
+                let (motion, amplitude) = (motion.clone(), amplitude.clone());
+                moved(Arc::new(move |x: &Point<D>, load: f64| motion(x, amplitude.evaluate(load).0)))
+            }
+            value => scaled(|x| value.at(x, 1.0), amplitude),
+        };
+        let of = label.clone();
+        let along = Box::new(move |x: &Point<3>, normal: &Point<3>| {
+            Ok(padded(&direction.unit(&of, &padded(x), &padded(normal))?))
+        });
+        let what = Prescription { label, axis, along, value: prescribed };
+        Single { place, direction, value, amplitude, what }
     })
 }
 
@@ -53,33 +68,6 @@ impl<const D: usize> Single<'_, D> {
     /// Load factors at which its value has break points that its amplitude does not tell.
     pub(crate) fn break_points(&self) -> Vec<f64> {
         if let Value::Motion(_) = self.value { self.amplitude.break_points() } else { Vec::new() }
-    }
-}
-
-impl<const D: usize> Prescription<D> for Single<'_, D> {
-    fn label(&self) -> &str {
-        &self.label
-    }
-
-    fn axis(&self) -> Option<usize> {
-        match *self.direction {
-            Direction::Component(component) => Some(component),
-            _ => None,
-        }
-    }
-
-    fn along(&self, x: &Point<D>, normal: &Point<D>) -> Result<Point<D>, BoundaryError> {
-        self.direction.unit(&self.label, x, normal)
-    }
-
-    fn value(&self, points: Vec<(Point<D>, f64)>) -> (f64, Amplitude) {
-        match self.value {
-            Value::Motion(motion) => {
-                let (motion, amplitude) = (motion.clone(), self.amplitude.clone());
-                moved(&(Arc::new(move |x: &Point<D>, load: f64| motion(x, amplitude.evaluate(load).0)) as _))(points)
-            }
-            value => scaled(&|x: &Point<D>| value.at(x, 1.0), self.amplitude)(points),
-        }
     }
 }
 
@@ -113,56 +101,47 @@ pub(crate) fn equations<const D: usize>(
     let names = of.scene.rigid_names();
     let still =
         |(number, place): &(usize, Place<D>)| Condition::on(place.clone()).displacement([0.0; D]).named(names[*number]);
-    let still: Vec<Condition<D>> = tied.mapped(still);
-    let mut all: Vec<(&Condition<D>, &Place<D>)> = Vec::new();
-    for (number, place) in mine {
-        all.push((&of.scene.conditions[*number], place));
-    }
-    for (condition, (_, place)) in still.iter().zip(tied) {
-        all.push((condition, place));
-    }
+    let still: Vec<Condition<D>> = tied.iter().map(still).collect();
+    let given = mine.iter().map(|(number, place)| (&of.scene.conditions[*number], place));
+    let all: Vec<(&Condition<D>, &Place<D>)> = given.chain(still.iter().zip(tied.iter().map(|tie| &tie.1))).collect();
     let mut requests: Vec<Vec<Request<'_, D>>> = Vec::with_capacity(all.len());
+    let nodes = all_padded(of.approximation.nodes());
+    let mut skip = |number: usize, error: Error| if number < mine.len() { refused(error) } else { Err(error) };
     let (mut claims, mut last) = (Claims::default(), Vec::new());
     for (number, (condition, place)) in all.iter().enumerate() {
         let mut own = Vec::with_capacity(condition.prescribed.len());
         for single in singles(condition, place) {
-            match of.request(single, &mut claims, &mut last) {
+            match of.request(single, &nodes, &mut claims, &mut last) {
                 Ok(request) => own.push(request),
-                Err(error) if number < mine.len() => refused(error)?,
-                Err(error) => return Err(error),
+                Err(error) => skip(number, error)?,
             }
         }
         requests.push(own);
     }
-    let owners = claims.settle(of.approximation.nodes());
+    let owners = claims.settle((D, &nodes));
     let mut equations = Constraints::new();
     equations.overrule(owners.overruled);
     let (mut placed, mut ties, mut last) = (Vec::with_capacity(mine.len()), Vec::with_capacity(tied.len()), Vec::new());
-    for (number, own) in requests.iter().enumerate() {
-        let (condition, place) = all[number];
+    for (number, ((condition, place), own)) in all.iter().zip(&requests).enumerate() {
         let first = equations.len();
         for request in own {
             let before = equations.mark();
             // Rows over a face know nothing of single particles: what they say twice is looked up in the scene.
             let added = match of.facets.map_or(Ok(false), |_| lies_on_part(of.scene, mine, &request.single, of.cells)) {
                 Ok(true) => Ok(()),
-                Ok(false) => of.add(&mut equations, request, &owners.yielded, &mut last),
+                Ok(false) => of.add(&mut equations, request, &nodes, &owners.yielded, &mut last),
                 Err(error) => Err(error),
             };
-            match added {
-                Ok(()) => {}
-                Err(error) if number < mine.len() => {
-                    refused(error)?;
-                    // Without the rows that were added before it was refused.
-                    equations.take_back(before);
-                }
-                Err(error) => return Err(error),
+            if let Err(error) = added {
+                skip(number, error)?;
+                // Without the rows that were added before it was refused.
+                equations.take_back(before);
             }
         }
         let own = first..equations.len();
         if number < mine.len() {
             let (name, nodes) = (condition.name.clone(), 0..of.cells.positions().len());
-            placed.push(Placed { name, place: place.clone(), equations: own, nodes });
+            placed.push(Placed { name, place: (*place).clone(), equations: own, nodes });
         } else {
             ties.push((tied[number - mine.len()].0, own));
         }
@@ -182,7 +161,7 @@ fn lies_on_part<const D: usize>(
     cells: &dyn Cells<D>,
 ) -> Result<bool, Error> {
     let Spot::Point(at) = &single.place.spot else { return Ok(false) };
-    let particle = particle_at(cells, at, &single.label)?;
+    let particle = particle_at(cells, at, &single.what.label)?;
     let at = &cells.positions()[particle];
     let mut prescriptions = Vec::new();
     for (number, place) in mine {
@@ -194,10 +173,10 @@ fn lies_on_part<const D: usize>(
         }
         for other in singles(condition, place) {
             let normals = normals(cells, part, &[particle], other.direction)?;
-            prescriptions.push(other.at(at, &normals.first().copied().unwrap_or_else(Point::zeros))?);
+            prescriptions.push(other.what.at(&padded(at), &normals.first().copied().unwrap_or_else(Point::zeros))?);
         }
     }
-    let requested = single.at(at, &Point::zeros())?;
+    let requested = single.what.at(&padded(at), &Point::zeros())?;
     Ok(is_redundant(&prescriptions, &requested, at.as_slice(), rounding(cells.positions()))?)
 }
 
@@ -207,13 +186,13 @@ fn normals<const D: usize>(
     part: &Part,
     particles: &[usize],
     direction: &Direction<D>,
-) -> Result<Vec<Point<D>>, Error> {
+) -> Result<Vec<Point<3>>, Error> {
     if !matches!(direction, Direction::Normal) {
         return Ok(Vec::new());
     }
     let normals = cells.boundary(part, 1, 2)?.normals_at_particles();
-    let normal = |particle: &usize| normals.get(&(*particle as u32)).copied().unwrap_or_else(Point::zeros);
-    Ok(particles.mapped(normal))
+    let normal = |particle: &usize| normals.get(&(*particle as u32)).map_or_else(Point::zeros, padded);
+    Ok(particles.iter().map(normal).collect())
 }
 
 /// Refuses values that take a point of a body of revolution to its axis or beyond, where its hoops would be inverted.
@@ -228,13 +207,13 @@ fn stays_off_axis<const D: usize>(
     }
     for &node in nodes {
         let at = &cells.positions()[node];
-        let (target, amplitude) = single.value(vec![(*at, 1.0)]);
+        let (target, amplitude) = (single.what.value)(vec![(padded(at), 1.0)]);
         for load in [1.0, 0.75, 0.5, 0.25].into_iter().chain(single.amplitude.break_points()) {
             let radius = at[0] + target * amplitude.evaluate(load).0;
             // Points on the axis stay there: moved off it, they would be circles that were points.
             if radius < 0.0 || (radius == 0.0) != (at[0] == 0.0) {
                 return Err(BoundaryError::BeyondAxis {
-                    what: single.label.clone(),
+                    what: single.what.label.clone(),
                     at: at.as_slice().to_vec(),
                     radius,
                     load,
@@ -248,7 +227,7 @@ fn stays_off_axis<const D: usize>(
 /// A direction of a condition; where it acts over a boundary, the pieces of that and their numbers among all.
 struct Request<'a, const D: usize> {
     single: Single<'a, D>,
-    over: Option<(Vec<Arc<BoundaryCells<D>>>, Range<usize>)>,
+    over: Option<(Vec<Arc<BoundaryCells<3>>>, Range<usize>)>,
 }
 
 impl<const D: usize> Conditioned<'_, D> {
@@ -257,25 +236,26 @@ impl<const D: usize> Conditioned<'_, D> {
     fn request<'a>(
         &self,
         single: Single<'a, D>,
+        nodes: &[Point<3>],
         claims: &mut Claims,
-        last: &mut Vec<Arc<BoundaryCells<D>>>,
+        last: &mut Vec<Arc<BoundaryCells<3>>>,
     ) -> Result<Request<'a, D>, Error> {
         if let Direction::Component(component) = *single.direction {
-            check_component(component, D, &single.label)?;
+            check_component(component, D, &single.what.label)?;
         }
         let (Spot::Part(part), Some(facets)) = (&single.place.spot, self.facets) else {
             return Ok(Request { single, over: None });
         };
-        let mut nodes: Vec<usize> = self.cells.boundary_nodes(part)?;
-        nodes.retain(|&node| single.place.holds(&self.cells.positions()[node]));
-        stays_off_axis(self.scene, &single, self.cells, &nodes)?;
+        let mut particles: Vec<usize> = self.cells.boundary_nodes(part)?;
+        particles.retain(|&particle| single.place.holds(&self.cells.positions()[particle]));
+        stays_off_axis(self.scene, &single, self.cells, &particles)?;
         let pieces = self.pieces(&single, part, facets, None)?;
         if single.place.within.is_some() && pieces.iter().all(|piece| piece.traces.is_empty()) {
-            return Err(empty(self.cells, part, &single.label)?.into());
+            return Err(empty(self.cells, part, &single.what.label)?.into());
         }
         let pieces = shared(pieces, last);
         let own = (&pieces[..], self.cells.rebuilds_traces());
-        let numbers = claims.add(self.approximation.nodes(), own, &single)?;
+        let numbers = claims.add((D, nodes), own, &single.what)?;
         last.clone_from(&pieces);
         Ok(Request { single, over: Some((pieces, numbers)) })
     }
@@ -287,13 +267,16 @@ impl<const D: usize> Conditioned<'_, D> {
         part: &Part,
         facets: FacetRule,
         without: Option<&HashSet<u32>>,
-    ) -> Result<Vec<BoundaryCells<D>>, Error> {
+    ) -> Result<Vec<BoundaryCells<3>>, Error> {
         let holds = |x: &Point<D>| single.place.holds(x);
         // A direction that does not exist is refused where it is asked for.
-        let facing = |x: &Point<D>, normal: &Point<D>| single.along(x, normal).map_or(0.0, |e| e.dot(normal).abs());
+        let facing = |x: &Point<D>, normal: &Point<D>| {
+            single.direction.unit(&single.what.label, x, normal).map_or(0.0, |e| e.dot(normal).abs())
+        };
         let within = single.place.within.is_some().then_some(&holds as _);
         let choice = TraceChoice { within, facing: Some(&facing), without };
-        Ok(self.cells.boundary_pieces_for(part, facets.parts, facets.gauss, &choice)?)
+        let pieces = self.cells.boundary_pieces_for(part, facets.parts, facets.gauss, &choice)?;
+        Ok(pieces.iter().map(BoundaryCells::padded).collect())
     }
 
     /// Adds the equations of one direction of a condition; integrals of the one before are kept where its pieces are the same.
@@ -301,8 +284,9 @@ impl<const D: usize> Conditioned<'_, D> {
         &self,
         equations: &mut Constraints,
         request: &Request<'_, D>,
+        nodes: &[Point<3>],
         yielded: &[HashSet<u32>],
-        last: &mut Vec<BoundaryPiece<D>>,
+        last: &mut Vec<(FacetFunctions, Option<Sums>)>,
     ) -> Result<(), Error> {
         let single = &request.single;
         equations.add_break_points(single.break_points());
@@ -319,12 +303,14 @@ impl<const D: usize> Conditioned<'_, D> {
         };
         let none = HashSet::new();
         for (number, cells) in pieces.iter().enumerate() {
-            if !last.get(number).is_some_and(|known| known.is_of(cells)) {
+            if !last.get(number).is_some_and(|(known, _)| Arc::ptr_eq(&known.cells, cells)) {
                 last.truncate(number);
-                last.push(BoundaryPiece::new(cells.clone()));
+                let kinematics = &*self.scene.kinematics;
+                last.push((FacetFunctions::new((self.approximation, 0, 1.0), cells.clone(), kinematics)?, None));
             }
+            let (functions, sums) = &mut last[number];
             let others = Some(yielded.get(number).unwrap_or(&none));
-            equations.integrate(self.approximation, &mut last[number], &*self.scene.kinematics, single, others)?;
+            equations.integrate(nodes, (functions, sums), &single.what, others)?;
         }
         Ok(())
     }
@@ -334,30 +320,27 @@ impl<const D: usize> Conditioned<'_, D> {
         let (cells, place) = (self.cells, single.place);
         let mut nodes = match &place.spot {
             Spot::Part(part) => cells.boundary_nodes(part)?,
-            Spot::Point(at) => vec![particle_at(cells, at, &single.label)?],
+            Spot::Point(at) => vec![particle_at(cells, at, &single.what.label)?],
             Spot::Body => (0..cells.positions().len()).collect(),
         };
         if !matches!(place.spot, Spot::Point(_)) {
             nodes.retain(|&node| place.holds(&cells.positions()[node]));
         }
         if let (Spot::Part(part), true, Some(_)) = (&place.spot, nodes.is_empty(), &place.within) {
-            return Err(empty(cells, part, &single.label)?.into());
+            return Err(empty(cells, part, &single.what.label)?.into());
         }
         stays_off_axis(self.scene, single, cells, &nodes)?;
         let normals = match &place.spot {
             Spot::Part(part) => normals(cells, part, &nodes, single.direction)?,
             _ => Vec::new(),
         };
-        equations.collocate(self.approximation, &nodes, &normals, single)
+        equations.collocate(self.approximation, &nodes, &normals, &single.what)
     }
 }
 
 /// Pieces, those of them that are the same as known ones shared with these.
-fn shared<const D: usize>(
-    pieces: Vec<BoundaryCells<D>>,
-    known: &[Arc<BoundaryCells<D>>],
-) -> Vec<Arc<BoundaryCells<D>>> {
-    let shared = |(number, piece): (usize, BoundaryCells<D>)| match known.get(number) {
+fn shared(pieces: Vec<BoundaryCells<3>>, known: &[Arc<BoundaryCells<3>>]) -> Vec<Arc<BoundaryCells<3>>> {
+    let shared = |(number, piece): (usize, BoundaryCells<3>)| match known.get(number) {
         Some(same) if **same == piece => same.clone(),
         _ => Arc::new(piece),
     };
@@ -407,19 +390,19 @@ mod tests {
             let of = Conditioned { scene: &scene, cells: &cells, approximation: &approximation, facets };
             let mut equations = Constraints::new();
             let all = scene.conditions.iter().flat_map(|condition| singles(condition, &condition.place));
-            let mut claims = Claims::default();
+            let (mut claims, nodes) = (Claims::default(), all_padded(approximation.nodes()));
             let requests: Vec<_> =
-                all.map(|single| of.request(single, &mut claims, &mut Vec::new()).unwrap()).collect();
-            let yielded = claims.settle(approximation.nodes()).yielded;
+                all.map(|single| of.request(single, &nodes, &mut claims, &mut Vec::new()).unwrap()).collect();
+            let yielded = claims.settle((2, &nodes)).yielded;
             for request in &requests {
                 let (before, mark) = (equations.clone(), equations.mark());
-                let refused = of.add(&mut equations, request, &yielded, &mut Vec::new()).is_err();
+                let refused = of.add(&mut equations, request, &nodes, &yielded, &mut Vec::new()).is_err();
                 let added = equations.clone();
                 assert!(refused || added != before);
                 equations.take_back(mark);
                 assert_eq!(equations, before);
                 if !refused {
-                    of.add(&mut equations, request, &yielded, &mut Vec::new()).unwrap();
+                    of.add(&mut equations, request, &nodes, &yielded, &mut Vec::new()).unwrap();
                 }
             }
         }

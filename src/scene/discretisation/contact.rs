@@ -4,12 +4,11 @@ use std::sync::Arc;
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
-use crate::cells::BoundaryCells;
 use crate::contact::{
     ArtificialSpring, ContactError, ContactLaw, ContactSurface, PairContact, RigidBodyDof, RigidContact, Stiffness,
 };
 use crate::error::{Error, Incompatible};
-use crate::geometry::{Point, RigidMode, all_padded};
+use crate::geometry::{Point, RigidMode};
 use crate::material::Material;
 use crate::shape::FiniteElements;
 use crate::table::ShapeTable;
@@ -23,36 +22,41 @@ use crate::scene::definition::place::{Place, Spot};
 use crate::scene::definition::scene::Scene;
 use crate::scene::definition::source::{BodyCells, BodyOf};
 
-/// Facets of a boundary part with plain trace functions, and the shape functions at their points.
-type Face<const D: usize> = (BoundaryCells<D>, ShapeTable<D>);
-
-/// Gives the facets of a part with plain trace functions, and their table.
-pub(crate) type ContactSurfaces<'a, const D: usize> = &'a dyn Fn(&Place<D>) -> Result<Face<D>, Error>;
-
 /// Number of surfaces that are pushed or free to turn.
 pub(crate) fn rigid_dof_count<const D: usize>(scene: &Scene<D>) -> usize {
     scene.contacts.iter().filter(|contact| contact.surface.is_free()).count()
 }
 
 /// Places of the nodes of surfaces that are pushed or free to turn, behind those of the particles.
-pub(crate) fn rigid_dofs<const D: usize>(scene: &Scene<D>, positions: &[Point<D>]) -> Vec<Point<D>> {
+pub(crate) fn rigid_dofs<const D: usize>(scene: &Scene<D>, positions: &[Point<3>]) -> Vec<Point<3>> {
     let pushed = scene.contacts.iter().filter(|contact| contact.surface.is_free());
     pushed.filter_map(|_| positions.last().copied()).collect()
 }
 
+/// Where the contact surfaces of a scene come from: its bodies.
+struct Bodies<'a, const D: usize> {
+    scene: &'a Scene<D>,
+    all: &'a BodyCells<D>,
+    discrete_bodies: &'a [DiscreteBody<D>],
+    rules: &'a [FacetRule],
+    nodes: usize,
+}
+
 /// Adds the contacts of a scene to a model whose positions have the rigid-body degrees of freedom behind the particles.
-pub(crate) fn add<const D: usize>(
+pub(crate) fn contact_definition<const D: usize>(
     scene: &Scene<D>,
-    positions: &[Point<D>],
+    all: &BodyCells<D>,
+    (discrete_bodies, rules): (&[DiscreteBody<D>], &[FacetRule]),
+    sharing: &Sharing,
     equations: &Constraints,
-    volume: f64,
-    contact_surfaces: ContactSurfaces<'_, D>,
+    positions: &[Point<3>],
     model: &mut Model,
 ) -> Result<Vec<Contact>, Error> {
     let mut contacts = Vec::new();
     if scene.contacts.is_empty() && scene.contact_pairs.is_empty() {
         return Ok(contacts);
     }
+    let bodies = Bodies { scene, all, discrete_bodies, rules, nodes: model.node_count() };
     // The softest body is the one that gives.
     let softer = |a: &&BodyOf<D>, b: &&BodyOf<D>| {
         a.material.initial_moduli().shear.total_cmp(&b.material.initial_moduli().shear)
@@ -68,7 +72,7 @@ pub(crate) fn add<const D: usize>(
             next += 1;
             next as u32 - 1
         });
-        let contact_surface = facets_of(&contact.place, || contact.label(), contact_surfaces, rigid_dof)?;
+        let contact_surface = bodies.surface(&contact.place, &|| contact.label(), rigid_dof)?;
         let law = RigidContact::new(contact_surface, contact.surface.clone(), rigid_dof, Stiffness::of(shear, bulk));
         if scene.started.is_none() {
             if law.law.interference.is_none() {
@@ -77,64 +81,100 @@ pub(crate) fn add<const D: usize>(
             let deepest = deepest(&law, model.unknowns(), 0.0);
             starts_right(deepest, &law.contact_surface, law.law.interference.is_some(), || contact.label())?;
         }
-        let lever = law.lever;
-        let law = Arc::new(law);
-        let name = contact.surface.name.clone();
-        contacts.push(Contact { name, term: model.terms().len(), law: Law::Rigid(law.clone()) });
+        let (lever, law, term) = (law.lever, Arc::new(law), model.terms().len());
+        contacts.push(Contact { name: contact.surface.name.clone(), term, law: Law::Rigid(law.clone()) });
         model.add_replicated(law);
         if let Some(node) = rigid_dof {
             let drive = contact.surface.drive.as_ref();
             let pushed = drive.and_then(|drive| Some((drive.force?, drive.amplitude.clone())));
             let turning = contact.surface.turning.as_ref().filter(|turning| turning.free);
             let turned = turning.map(|turning| (turning.amount / lever, turning.amplitude.clone()));
-            model.add_replicated(Arc::new(RigidBodyDof {
-                dim: D,
-                node: [node],
-                loads: [pushed, turned],
-                stiffness: shear,
-            }));
+            let (node, loads) = ([node], [pushed, turned]);
+            model.add_replicated(Arc::new(RigidBodyDof { dim: D, node, loads, stiffness: shear }));
         }
     }
     for contact_pair in &scene.contact_pairs {
-        contacts.push(pair(scene, contact_pair, positions, Stiffness::of(shear, bulk), contact_surfaces, model)?);
+        contacts.push(bodies.pair(contact_pair, positions, Stiffness::of(shear, bulk), model)?);
     }
     if next > particles
         || !scene.contact_pairs.is_empty()
-        || !holds(equations, &model.points::<D>(), !scene.kinematics.hoop_components().is_empty())
+        || !holds(equations, (D, &model.points()), !scene.kinematics.hoop_components().is_empty())
     {
-        model.add_replicated(Arc::new(artificial_spring(model, volume, shear)));
+        let mut volume = [0.0];
+        for discrete_body in discrete_bodies {
+            for weight in discrete_body.body.table().weights() {
+                volume[0] += weight;
+            }
+        }
+        sharing.total(&mut volume);
+        model.add_replicated(Arc::new(artificial_spring(model, volume[0], shear)));
     }
     Ok(contacts)
 }
 
-/// Adds the contact of two parts, or of one with itself.
-fn pair<const D: usize>(
-    scene: &Scene<D>,
-    contact_pair: &ContactPair<D>,
-    positions: &[Point<D>],
-    stiffness: Stiffness,
-    contact_surfaces: ContactSurfaces<'_, D>,
-    model: &mut Model,
-) -> Result<Contact, Error> {
-    let label = || format!("contact {}", contact_pair.name);
-    let mut faces = vec![facets_of(&contact_pair.first, label, contact_surfaces, None)?];
-    if let Some(second) = &contact_pair.second {
-        let [first, other] = [&contact_pair.first, second].map(|place| scene.resolve(place));
-        if first.takes_in(&other) && other.takes_in(&first) {
-            return Err(ContactError::SameFace { contact: label(), place: second.to_string() }.into());
+impl<const D: usize> Bodies<'_, D> {
+    /// Adds the contact of two parts, or of one with itself.
+    fn pair(
+        &self,
+        contact_pair: &ContactPair<D>,
+        positions: &[Point<3>],
+        stiffness: Stiffness,
+        model: &mut Model,
+    ) -> Result<Contact, Error> {
+        let name = contact_pair.name.clone();
+        let label = || format!("contact {name}");
+        let mut faces = vec![self.surface(&contact_pair.first, &label, None)?];
+        if let Some(second) = &contact_pair.second {
+            let [first, other] = [&contact_pair.first, second].map(|place| self.scene.resolve(place));
+            if first.takes_in(&other) && other.takes_in(&first) {
+                return Err(ContactError::SameFace { contact: label(), place: second.to_string() }.into());
+            }
+            faces.push(self.surface(second, &label, None)?);
         }
-        faces.push(facets_of(second, label, contact_surfaces, None)?);
+        let law = ContactLaw::new(D, stiffness, contact_pair.friction, contact_pair.interference);
+        let (law, swapped) = between(faces, positions, &law, &label)?;
+        let deepest = law.deepest_at_rest(model.unknowns());
+        starts_right(deepest, &law.contact_surfaces[0], law.law.interference.is_some(), label)?;
+        let (law, term) = (Arc::new(law), model.terms().len());
+        model.add_replicated(law.clone());
+        Ok(Contact { name, term, law: Law::Pair(law, swapped) })
     }
-    let law = ContactLaw::new(D, stiffness, contact_pair.friction, contact_pair.interference);
-    let positions: Vec<Point<3>> = all_padded(positions);
-    let (law, swapped) = between(faces, &positions, &law, &label)?;
-    let deepest = law.deepest_at_rest(model.unknowns());
-    starts_right(deepest, &law.contact_surfaces[0], law.law.interference.is_some(), label)?;
-    let law = Arc::new(law);
-    let name = contact_pair.name.clone();
-    let contact = Contact { name, term: model.terms().len(), law: Law::Pair(law.clone(), swapped) };
-    model.add_replicated(law);
-    Ok(contact)
+
+    /// The contact surface at a place, of which there has to be a facet; its trace functions see the node of a rigid surface too.
+    fn surface(
+        &self,
+        place: &Place<D>,
+        label: &dyn Fn() -> String,
+        rigid_dof: Option<u32>,
+    ) -> Result<ContactSurface, Error> {
+        let (body, at) = self.scene.touching(place, self.all)?;
+        let Spot::Part(part) = &at.spot else {
+            let contact = format!("contact of {at}");
+            return Err(ContactError::NoFacet { contact, place: at.to_string() }.into());
+        };
+        let (discrete_body, rule) = (&self.discrete_bodies[body], self.rules[body]);
+        let kinematics = &*self.scene.kinematics;
+        let (mut cells, table) = match (discrete_body.facets, discrete_body.cells.lattice()) {
+            // Faces of elements run beside a curved boundary.
+            (Facets::OfElements { order, gauss }, Some(lattice)) => {
+                let elements = FiniteElements::new(lattice.clone(), order)?;
+                let (cells, points) = elements.contact_boundary(part, gauss, &|x| at.holds(x))?;
+                (cells, ShapeTable::of_elements(&elements, &points, kinematics)?)
+            }
+            _ => {
+                let whole = discrete_body.cells.contact_boundary(part, rule.parts, rule.gauss)?;
+                let cells = whole.within(&|x| at.holds(x));
+                let table = ShapeTable::new(&*discrete_body.approximation, &cells.points, kinematics)?;
+                (cells, table)
+            }
+        };
+        if cells.points.positions.is_empty() {
+            return Err(ContactError::NoFacet { contact: label(), place: place.to_string() }.into());
+        }
+        let first = discrete_body.nodes.start;
+        cells.traces.iter_mut().flatten().for_each(|trace| trace.0 += first as u32);
+        ContactSurface::new(&cells, &table.shifted(first, self.nodes), rigid_dof)
+    }
 }
 
 /// The contact of one face, or of two, and whether the second of these carries the pressures.
@@ -230,20 +270,6 @@ fn deepest(law: &RigidContact, unknowns: usize, load: f64) -> Option<(f64, Point
     law.contact_surface.table.positions.iter().map(depth).max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// The contact surface at a place, of which there has to be a facet; its trace functions see the node of a rigid surface too.
-fn facets_of<const D: usize>(
-    place: &Place<D>,
-    label: impl Fn() -> String,
-    contact_surfaces: ContactSurfaces<'_, D>,
-    rigid_dof: Option<u32>,
-) -> Result<ContactSurface, Error> {
-    let (cells, table) = contact_surfaces(place)?;
-    if cells.points.positions.is_empty() {
-        return Err(ContactError::NoFacet { contact: label(), place: place.to_string() }.into());
-    }
-    ContactSurface::new(&cells, &table, rigid_dof)
-}
-
 impl<const D: usize> Problem<D> {
     /// Rigid surfaces that stay farther from the body than it is large, by their motion and by what moves the body, with what to do.
     pub(crate) fn out_of_reach(&self, moved: f64) -> Vec<String> {
@@ -289,10 +315,10 @@ fn artificial_spring(model: &Model, volume: f64, shear: f64) -> ArtificialSpring
 }
 
 /// Whether rows hold all rigid motions of a body.
-pub(crate) fn holds<const D: usize>(equations: &Constraints, positions: &[Point<D>], revolved: bool) -> bool {
+pub(crate) fn holds(equations: &Constraints, (dim, positions): (usize, &[Point<3>]), revolved: bool) -> bool {
     let extent = positions.iter().fold(0.0f64, |e, x| e.max((x - positions[0]).norm())).max(f64::MIN_POSITIVE);
-    let centre = positions.iter().fold(Point::<D>::zeros(), |c, x| c + x) / positions.len().max(1) as f64;
-    let mut motions = RigidMode::all(D);
+    let centre = positions.iter().fold(Point::<3>::zeros(), |c, x| c + x) / positions.len().max(1) as f64;
+    let mut motions = RigidMode::all(dim);
     // Bodies of revolution move along their axis alone.
     motions.retain(|mode| !revolved || mode.axis > 0 && mode.lower.is_none());
     if motions.is_empty() {
@@ -301,7 +327,7 @@ pub(crate) fn holds<const D: usize>(equations: &Constraints, positions: &[Point<
     let mut gram = nalgebra::DMatrix::<f64>::zeros(motions.len(), motions.len());
     for equation in equations.equations() {
         let seen = |mode: &RigidMode| {
-            let at = |k: usize| mode.at(&((positions[k / D] - centre) / extent))[k % D];
+            let at = |k: usize| mode.at(&((positions[k / dim] - centre) / extent))[k % dim];
             equation.entries.iter().map(|&(k, c)| c * at(k)).sum::<f64>() / equation.measure()
         };
         let found: Vec<f64> = motions.iter().map(seen).collect();
@@ -313,52 +339,4 @@ pub(crate) fn holds<const D: usize>(equations: &Constraints, positions: &[Point<
     }
     let values = gram.symmetric_eigenvalues();
     values.min() > 1e-8 * values.max().max(1e-3)
-}
-
-/// Adds the contacts of a scene.
-pub(crate) fn contact_definition<const D: usize>(
-    scene: &Scene<D>,
-    all: &BodyCells<D>,
-    (discrete_bodies, rules): (&[DiscreteBody<D>], &[FacetRule]),
-    sharing: &Sharing,
-    equations: &Constraints,
-    positions: &[Point<D>],
-    model: &mut Model,
-) -> Result<Vec<Contact>, Error> {
-    let (total, kinematics) = (model.node_count(), &*scene.kinematics);
-    let contact_surfaces = |place: &Place<D>| {
-        let place = scene.resolve(place);
-        let Spot::Part(part) = &place.spot else {
-            let contact = format!("contact of {place}");
-            return Err(ContactError::NoFacet { contact, place: place.to_string() }.into());
-        };
-        let of = scene.bodies_at(&place, &|| format!("contact of {place}"), all, &|_| true)?;
-        let body = of.first().copied().unwrap_or(0);
-        let (discrete_body, rule) = (&discrete_bodies[body], rules[body]);
-        let (mut contact_surface, table) = match (discrete_body.facets, discrete_body.cells.lattice()) {
-            // Faces of elements run beside a curved boundary.
-            (Facets::OfElements { order, gauss }, Some(lattice)) => {
-                let elements = FiniteElements::new(lattice.clone(), order)?;
-                let (contact_surface, points) = elements.contact_boundary(part, gauss, &|x| place.holds(x))?;
-                (contact_surface, ShapeTable::of_elements(&elements, &points, kinematics)?)
-            }
-            _ => {
-                let whole = discrete_body.cells.contact_boundary(part, rule.parts, rule.gauss)?;
-                let contact_surface = whole.within(&|x| place.holds(x));
-                let table = ShapeTable::new(&*discrete_body.approximation, &contact_surface.points, kinematics)?;
-                (contact_surface, table)
-            }
-        };
-        let table = table.shifted(discrete_body.nodes.start, total);
-        contact_surface.traces.iter_mut().flatten().for_each(|trace| trace.0 += discrete_body.nodes.start as u32);
-        Ok((contact_surface, table))
-    };
-    let mut volume = [0.0];
-    for discrete_body in discrete_bodies {
-        for weight in discrete_body.body.table().weights() {
-            volume[0] += weight;
-        }
-    }
-    sharing.total(&mut volume);
-    add(scene, positions, equations, volume[0], &contact_surfaces, model)
 }

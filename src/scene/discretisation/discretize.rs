@@ -10,7 +10,7 @@ use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation, Una
 use crate::compiled::compiled;
 use crate::each::{Each, EachOf, IntoEach};
 use crate::error::{Error, Incompatible};
-use crate::geometry::Point;
+use crate::geometry::{Point, all_padded, padded};
 use crate::linear::{Direct, Krylov};
 use crate::material::Material;
 use crate::order;
@@ -189,11 +189,11 @@ fn finish<const D: usize>(
     built: Vec<BuiltBody<D>>,
     sharing: &Sharing,
 ) -> Result<Problem<D>, Error> {
-    let mut positions: Vec<Point<D>> = Vec::new();
+    let mut positions: Vec<Point<3>> = Vec::new();
     for body in &built {
-        positions.extend_from_slice(body.discrete_body.cells.positions());
+        positions.extend(body.discrete_body.cells.positions().iter().map(padded::<D, 3>));
     }
-    let particle_positions = positions.clone();
+    let particles = positions.len();
     positions.extend(rigid_dofs(scene, &positions));
     let (mut equations, mut placed, mut ties, mut krylov) = (Constraints::new(), Vec::new(), Vec::new(), None);
     let (mut discrete_bodies, mut rules, mut tables) = (Vec::new(), Vec::new(), Vec::new());
@@ -219,7 +219,7 @@ fn finish<const D: usize>(
     }
     let bonded = bond_all(scene, all, &discrete_bodies, &rules, &mut equations, &mut placed)?;
     let mut frames = rigid::frames(scene, &ties, &mut equations, &mut placed, &mut positions)?;
-    let mut model = Model::new(&positions);
+    let mut model = Model::new(&all_padded::<3, D>(&positions));
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
     }
@@ -248,11 +248,11 @@ fn finish<const D: usize>(
         (&discrete_bodies, &rules),
         sharing,
         &equations,
-        &particle_positions,
+        &positions[..particles],
         &mut model,
     )?;
     let rolling = hold_rolling(scene, &discrete_bodies, sharing, &equations, &contacts, &mut model);
-    rigid::held(scene, &frames, &equations, &model.points::<D>())?;
+    rigid::held(scene, &frames, &equations, &model)?;
     let elements = discrete_bodies.len() == 1 && scheme.approximation == ApproximationChoice::Elements;
     let few = equations.len() <= TRANSFORMATION_ROWS || elements;
     let analysis = analysis_of(scheme, !bonded && frames.is_empty() && few, krylov)?;

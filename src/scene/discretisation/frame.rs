@@ -1,47 +1,53 @@
-//! The frame of a rigid body: an affine one of $D + 1$ nodes, and the rows that tie parts to it.
+//! The frame of a rigid body: an affine one of a node more than there are dimensions, and the rows that tie parts to it.
 
 use std::ops::Range;
-use std::sync::Arc;
 
-use nalgebra::SMatrix;
+use nalgebra::Matrix3;
 
-use crate::boundary::{ConstraintEquation, Constraints, Prescription};
+use crate::boundary::{ConstraintEquation, Constraints};
 use crate::error::{BoundaryError, Error, Incompatible};
-use crate::geometry::Point;
-use crate::mesh::Mesh;
+use crate::geometry::{Point, padded};
 use crate::term::Amplitude;
 
 use super::conditions::singles;
 use crate::scene::Condition;
 
-/// A rigid body of a problem: an affine frame of $D + 1$ nodes that keeps its shape.
+/// A rigid body of a problem: an affine frame that keeps its shape.
 #[derive(Debug, Clone)]
-pub(crate) struct Frame<const D: usize> {
+pub(crate) struct RigidFrame {
     pub name: String,
-    /// Its first node.
-    pub first: usize,
+    pub dim: usize,
+    /// Its nodes, one after the other.
     pub numbers: Vec<u32>,
-    pub centre: Point<D>,
+    pub centre: Point<3>,
     pub size: f64,
     /// The term that keeps its shape; none of revolution, where conditions do.
     pub rigidity: Option<usize>,
     /// The volumes of a mesh that it stands for, to be drawn.
-    pub shapes: Vec<Arc<Mesh<D>>>,
+    pub shapes: Vec<RigidShape>,
 }
 
-impl<const D: usize> Frame<D> {
-    /// The frame of rows that tie a face to it, around their middle; rows count the nodes among all.
+/// A volume of a mesh that is rigid, as it is drawn.
+#[derive(Debug, Clone)]
+pub(crate) struct RigidShape {
+    pub points: Vec<Point<3>>,
+    /// Corners in the order of [`Cells::corners`](crate::cells::Cells::corners).
+    pub cells: Vec<Vec<usize>>,
+}
+
+impl RigidFrame {
+    /// The frame of rows that tie a face to it, around their middle; rows count the nodes among all, behind which its own stand.
     pub(crate) fn around(
         name: &str,
-        first: usize,
+        dim: usize,
         equations: &[&ConstraintEquation],
-        positions: &[Point<D>],
+        positions: &[Point<3>],
     ) -> Result<Self, Error> {
-        let (mut total, mut moment) = (0.0, Point::<D>::zeros());
-        for equation in equations.iter().filter(|equation| equation.dependent % D == 0) {
-            for &(k, c) in equation.entries.iter().filter(|entry| entry.0 % D == 0) {
+        let (mut total, mut moment) = (0.0, Point::<3>::zeros());
+        for equation in equations.iter().filter(|equation| equation.dependent % dim == 0) {
+            for &(k, c) in equation.entries.iter().filter(|entry| entry.0 % dim == 0) {
                 total += c;
-                moment += positions[k / D] * c;
+                moment += positions[k / dim] * c;
             }
         }
         if !(total != 0.0) {
@@ -52,55 +58,63 @@ impl<const D: usize> Frame<D> {
         let mut size = f64::MIN_POSITIVE;
         for equation in equations {
             for entry in &equation.entries {
-                size = size.max((positions[entry.0 / D] - centre).norm());
+                size = size.max((positions[entry.0 / dim] - centre).norm());
             }
         }
-        let numbers = (first as u32..=(first + D) as u32).collect();
-        Ok(Frame { name: name.to_string(), first, numbers, centre, size, rigidity: None, shapes: Vec::new() })
+        let first = positions.len() as u32;
+        let numbers = (first..=first + dim as u32).collect();
+        Ok(RigidFrame { name: name.to_string(), dim, numbers, centre, size, rigidity: None, shapes: Vec::new() })
     }
 
-    pub(crate) fn positions(&self) -> impl Iterator<Item = Point<D>> + '_ {
-        let corner = |k: usize| Point::<D>::from_fn(|i, _| if i + 1 == k { self.size } else { 0.0 });
-        (0..=D).map(move |k| self.centre + corner(k))
+    pub(crate) fn positions(&self) -> impl Iterator<Item = Point<3>> + '_ {
+        let corner = |k: usize| Point::<3>::from_fn(|i, _| if i + 1 == k { self.size } else { 0.0 });
+        (0..=self.dim).map(move |k| self.centre + corner(k))
+    }
+
+    fn first(&self) -> usize {
+        self.numbers[0] as usize
     }
 
     pub(crate) fn nodes(&self) -> Range<usize> {
-        self.first..self.first + D + 1
+        self.first()..self.first() + self.numbers.len()
+    }
+
+    /// Its unknowns among all.
+    pub(crate) fn unknowns(&self) -> Range<usize> {
+        self.first() * self.dim..self.nodes().end * self.dim
     }
 
     /// The values of the frame's functions at a point.
-    pub(crate) fn values(&self, at: &Point<D>) -> [f64; 4] {
+    pub(crate) fn values(&self, at: &Point<3>) -> [f64; 4] {
         let local = (at - self.centre) / self.size;
-        std::array::from_fn(|k| match k {
-            0 => 1.0 - local.sum(),
-            k if k <= D => local[k - 1],
-            _ => 0.0,
-        })
+        std::array::from_fn(|k| if k == 0 { 1.0 - local.sum() } else { local[k - 1] })
     }
 
     /// What rows that weigh displacements of a body have to take off, so that they weigh the difference from the frame's.
     /// Functions of bodies reproduce linear fields: their coefficients and positions tell the sums of the frame's.
-    pub(crate) fn counterpart(&self, equation: &ConstraintEquation, positions: &[Point<D>]) -> Vec<(usize, f64)> {
+    pub(crate) fn counterpart(&self, equation: &ConstraintEquation, positions: &[Point<3>]) -> Vec<(usize, f64)> {
         let mut sums = [[0.0; 3]; 4];
         for &(k, c) in &equation.entries {
-            let values = self.values(&positions[k / D]);
-            sums.iter_mut().zip(values).for_each(|(sum, value)| sum[k % D] -= c * value);
+            let values = self.values(&positions[k / self.dim]);
+            sums.iter_mut().zip(values).for_each(|(sum, value)| sum[k % self.dim] -= c * value);
         }
         self.entries(0.0, |k, i| sums[k][i])
     }
 
     /// Entries over its unknowns, by node and axis, that are more than rounding.
     fn entries(&self, rounding: f64, value: impl Fn(usize, usize) -> f64) -> Vec<(usize, f64)> {
-        let all = (0..=D).flat_map(|k| (0..D).map(move |i| (k, i)));
-        let entry = |(k, i)| ((self.first + k) * D + i, value(k, i));
+        let entry = |(own, unknown)| (unknown, value(own / self.dim, own % self.dim));
         // A number that is none is kept, and refused with its equation.
-        all.map(entry).filter(|entry| !(entry.1.abs() <= rounding)).collect()
+        self.unknowns().enumerate().map(entry).filter(|entry| !(entry.1.abs() <= rounding)).collect()
     }
 
     /// $F - 1$ of the frame.
-    pub(crate) fn gradient(&self, displacement: &[f64]) -> SMatrix<f64, D, D> {
-        let d = |k: usize, i: usize| displacement[(self.first + k) * D + i];
-        SMatrix::from_fn(|i, j| (d(j + 1, i) - d(0, i)) / self.size)
+    pub(crate) fn gradient(&self, displacement: &[f64]) -> Matrix3<f64> {
+        let own = &displacement[self.unknowns()];
+        Matrix3::from_fn(|i, j| match i.max(j) < self.dim {
+            true => (own[(j + 1) * self.dim + i] - own[i]) / self.size,
+            false => 0.0,
+        })
     }
 
     /// $\partial F_{mJ}/\partial d_{km}$: how a node of the frame changes $F$ along an axis.
@@ -112,62 +126,64 @@ impl<const D: usize> Frame<D> {
         }
     }
 
-    pub(crate) fn displacement(&self, at: &Point<D>, displacement: &[f64]) -> Point<D> {
-        let values = self.values(at);
-        Point::from_fn(|i, _| (0..=D).map(|k| values[k] * displacement[(self.first + k) * D + i]).sum())
+    pub(crate) fn displacement(&self, at: &Point<3>, displacement: &[f64]) -> Point<3> {
+        let mut u = Point::<3>::zeros();
+        for (d, value) in displacement[self.unknowns()].chunks_exact(self.dim).zip(self.values(at)) {
+            u.iter_mut().zip(d).for_each(|(u, d)| *u += value * d);
+        }
+        u
+    }
+
+    /// The displacement of its middle, and its rotation.
+    pub(crate) fn motion(&self, displacement: &[f64]) -> (Point<3>, Matrix3<f64>) {
+        (self.displacement(&self.centre, displacement), Matrix3::identity() + self.gradient(displacement))
     }
 
     /// Adds the rows that leave a rigid body of revolution its motion along the axis alone.
     pub(crate) fn guide(&self, equations: &mut Constraints) -> Result<(), Error> {
-        let label = format!("rigid body {}", self.name);
-        for node in self.nodes() {
-            for i in 0..D {
-                let own = node * D + i;
-                let entries = match (i, node == self.first) {
-                    (0, _) => vec![(own, 1.0)],
-                    (_, true) => continue,
-                    _ => vec![(self.first * D + i, -1.0), (own, 1.0)],
-                };
-                let (amplitude, label) = (Amplitude::Ramp, label.clone());
-                equations.push(ConstraintEquation { entries, dependent: own, target: 0.0, amplitude, label })?;
-            }
+        let (label, first) = (format!("rigid body {}", self.name), self.unknowns().start);
+        for own in self.unknowns() {
+            let entries = match (own - first) % self.dim {
+                0 => vec![(own, 1.0)],
+                i if own == first + i => continue,
+                i => vec![(first + i, -1.0), (own, 1.0)],
+            };
+            let (amplitude, label) = (Amplitude::Ramp, label.clone());
+            equations.push(ConstraintEquation { entries, dependent: own, target: 0.0, amplitude, label })?;
         }
         Ok(())
     }
 
     /// Adds the rows of a condition on the body: at a point of it, or at all its nodes; in bodies of revolution along the axis
     /// alone.
-    pub(crate) fn prescribe(
+    pub(crate) fn prescribe<const D: usize>(
         &self,
         equations: &mut Constraints,
         condition: &Condition<D>,
-        point: Option<Point<D>>,
+        point: Option<Point<3>>,
         revolved: bool,
     ) -> Result<(), Error> {
-        let at: Vec<Point<D>> = match point {
+        let at: Vec<Point<3>> = match point {
             Some(at) => vec![at],
             None if revolved => vec![self.centre],
             None => self.positions().collect(),
         };
         for single in singles(condition, &condition.place) {
-            if revolved && single.axis() == Some(0) {
-                if single.value.at(&self.centre, 1.0) != 0.0 {
+            if revolved && single.what.axis == Some(0) {
+                if single.value.at(&padded(&self.centre), 1.0) != 0.0 {
                     let remedy = "prescribe no radial displacement but zero: a rigid ring keeps its radius";
-                    return Err(
-                        Incompatible::new(single.label().to_string(), "an axisymmetric rigid body", remedy).into()
-                    );
+                    return Err(Incompatible::new(single.what.label, "an axisymmetric rigid body", remedy).into());
                 }
                 continue;
             }
             equations.add_break_points(single.break_points());
             for x in &at {
-                let unit = single.along(x, &Point::zeros())?;
-                let (target, amplitude) = single.value(vec![(*x, 1.0)]);
-                let label = single.label().to_string();
-                let values = self.values(x);
+                let what = &single.what;
+                let (unit, values) = ((what.along)(x, &Point::zeros())?, self.values(x));
+                let (target, amplitude) = (what.value)(vec![(*x, 1.0)]);
                 let entries = self.entries(1e-14, |k, i| values[k] * unit[i]);
                 let largest = entries.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-                let dependent = largest.map_or(self.first * D, |entry| entry.0);
+                let (dependent, label) = (largest.map_or(self.unknowns().start, |entry| entry.0), what.label.clone());
                 equations.push(ConstraintEquation { entries, dependent, target, amplitude, label })?;
             }
         }

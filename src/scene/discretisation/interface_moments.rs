@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use crate::geometry::Point;
 use crate::linear::vector::dot;
 
-use super::interface::{Face, Traces, linear};
+use super::interface::{Face, Traces};
 
 /// Rounds of corrections: each leaves about a part [`CLOSER`] of what was missing, until rounding is all that is left.
 const ROUNDS: usize = 4;
@@ -18,40 +18,66 @@ const CLOSER: f64 = 1e-7;
 /// with this many times the least residual, and the solution is that of the least.
 const GROWN: f64 = 10.0;
 
-/// Adds what is missing of the measures and first moments of each function: the smallest change in terms of the functions
-/// themselves that leaves their sums one, by conjugate gradients.
-pub(crate) fn correct<const D: usize>(
-    traces: &mut Traces,
-    mortar: &Face<'_, D>,
-    other: &Face<'_, D>,
-    centre: &Point<D>,
-    size: f64,
-) {
-    let number: HashMap<u32, usize> = mortar.particles.iter().enumerate().map(|(k, &p)| (p, k)).collect();
-    let mut functions = numbered(traces, &number);
-    let mut wanted = vec![vec![0.0; D + 1]; number.len()];
-    let own = numbered(&mortar.cells.traces, &number);
-    for ((values, x), weight) in own.iter().zip(&mortar.cells.points.positions).zip(&mortar.weights) {
-        for &(j, value) in values {
-            wanted[j].iter_mut().zip(linear(x, centre, size)).for_each(|(m, q)| *m += weight * value * q);
-        }
+/// Values of functions: for each point (number, value).
+type Values = Vec<Vec<(usize, f64)>>;
+
+/// The points of a face, by which functions have measures and first moments.
+pub(crate) struct Weighed<'a> {
+    weights: &'a [f64],
+    /// $\xi = (1, (X - X_0)/L)$ at each point.
+    xi: Vec<[f64; 4]>,
+}
+
+impl<'a> Weighed<'a> {
+    /// Moments about a point, lengths over `size`.
+    pub(crate) fn new(face: &'a Face, centre: &Point<3>, size: f64) -> Self {
+        let linear = |x: &Point<3>| {
+            let offset = (x - centre) / size;
+            [1.0, offset[0], offset[1], offset[2]]
+        };
+        Weighed { weights: &face.weights, xi: face.positions().iter().map(linear).collect() }
     }
-    let system = Moments {
-        xi: other.cells.points.positions.iter().map(|x| linear(x, centre, size).collect()).collect(),
-        bounds: functions.iter().map(|values| values.iter().map(|&(j, v)| (j, v.max(0.0))).collect()).collect(),
-        weights: &other.weights,
-        terms: D + 1,
-    };
-    let mut missing = system.missing(&functions, &wanted);
-    for _ in 0..ROUNDS {
-        let alpha = system.solve(&missing);
-        let mut corrected = functions.clone();
-        for (point, values) in corrected.iter_mut().enumerate() {
-            for (j, change) in system.changes(&alpha, point) {
-                values.iter_mut().filter(|entry| entry.0 == j).for_each(|entry| entry.1 += change);
+
+    /// Measure and first moments of the face.
+    pub(crate) fn totals(&self) -> Vec<f64> {
+        let mut totals = vec![0.0; 4];
+        self.add(&vec![vec![(0, 1.0)]; self.xi.len()], 1.0, &mut totals);
+        totals
+    }
+
+    /// Adds those of functions, one after the other.
+    fn add(&self, functions: &Values, sign: f64, moments: &mut [f64]) {
+        for ((values, q), weight) in functions.iter().zip(&self.xi).zip(self.weights) {
+            for &(j, value) in values {
+                moments[4 * j..].iter_mut().zip(q).for_each(|(m, q)| *m += sign * weight * value * q);
             }
         }
-        let left = system.missing(&corrected, &wanted);
+    }
+}
+
+/// Adds what is missing of the measures and first moments of each function of the mortar side at the points of the other one: the smallest
+/// change in terms of the functions themselves that leaves their sums one, by conjugate gradients.
+pub(crate) fn correct(traces: &mut Traces, mortar: &Face, [own, at]: [&Weighed<'_>; 2]) {
+    let number: HashMap<u32, usize> = mortar.order.0.iter().enumerate().map(|(k, &p)| (p, k)).collect();
+    let numbered = |traces: &Traces| -> Values {
+        traces.iter().map(|traces| traces.iter().map(|&(p, v)| (number[&p], v)).collect()).collect()
+    };
+    let (mut functions, mut wanted) = (numbered(traces), vec![0.0; 4 * number.len()]);
+    own.add(&numbered(&mortar.cells.traces), 1.0, &mut wanted);
+    let missing_of = |functions: &Values| {
+        let mut missing = wanted.clone();
+        at.add(functions, -1.0, &mut missing);
+        missing
+    };
+    let bounds = functions.iter().map(|values| values.iter().map(|&(j, v)| (j, v.max(0.0))).collect()).collect();
+    let system = Changes { bounds, at };
+    let mut missing = missing_of(&functions);
+    for _ in 0..ROUNDS {
+        let (mut corrected, changes) = (functions.clone(), system.of(&system.solve(&missing)));
+        for (values, changes) in corrected.iter_mut().zip(changes) {
+            values.iter_mut().zip(changes).for_each(|(entry, change)| entry.1 += change.1);
+        }
+        let left = missing_of(&corrected);
         if !(dot(&left, &left) < dot(&missing, &missing)) {
             break;
         }
@@ -62,54 +88,22 @@ pub(crate) fn correct<const D: usize>(
     }
 }
 
-/// Values of functions: for each point (number, value).
-type Values = Vec<Vec<(usize, f64)>>;
-
-fn numbered(traces: &Traces, number: &HashMap<u32, usize>) -> Values {
-    traces.iter().map(|traces| traces.iter().map(|&(p, v)| (number[&p], v)).collect()).collect()
-}
-
-/// How measures and first moments of functions follow from changes
-/// $\delta\Theta_J = \omega_J\\,(\alpha_J\cdot\xi - \sum_K\omega_K\\,\alpha_K\cdot\xi/\sum_K\omega_K)$.
-struct Moments<'a> {
-    /// $\xi$ at each point.
-    xi: Vec<Vec<f64>>,
+/// Changes $\delta\Theta_J = \omega_J\\,(\alpha_J\cdot\xi - \sum_K\omega_K\\,\alpha_K\cdot\xi/\sum_K\omega_K)$ of functions.
+struct Changes<'a> {
     /// $\omega_J$ at each point.
     bounds: Values,
-    weights: &'a [f64],
-    terms: usize,
+    at: &'a Weighed<'a>,
 }
 
-impl Moments<'_> {
-    /// What functions lack of the wanted moments, one after the other.
-    fn missing(&self, functions: &Values, wanted: &[Vec<f64>]) -> Vec<f64> {
-        let mut missing = wanted.concat();
-        for ((values, q), weight) in functions.iter().zip(&self.xi).zip(self.weights) {
-            for &(j, value) in values {
-                let moments = missing[j * self.terms..(j + 1) * self.terms].iter_mut().zip(q);
-                moments.for_each(|(m, q)| *m -= weight * value * q);
-            }
-        }
-        missing
-    }
-
-    fn changes(&self, alpha: &[f64], point: usize) -> Vec<(usize, f64)> {
-        let bounds = &self.bounds[point];
-        let along = |j: usize| dot(&self.xi[point], &alpha[j * self.terms..(j + 1) * self.terms]);
-        let total = bounds.iter().map(|b| b.1).sum::<f64>().max(f64::MIN_POSITIVE);
-        let mean = bounds.iter().map(|&(j, w)| w * along(j)).sum::<f64>() / total;
-        bounds.iter().map(|&(j, w)| (j, w * (along(j) - mean))).collect()
-    }
-
-    fn apply(&self, alpha: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; alpha.len()];
-        for (point, q) in self.xi.iter().enumerate() {
-            for (j, change) in self.changes(alpha, point) {
-                let sums = out[j * self.terms..(j + 1) * self.terms].iter_mut().zip(q);
-                sums.for_each(|(o, q)| *o += self.weights[point] * change * q);
-            }
-        }
-        out
+impl Changes<'_> {
+    fn of(&self, alpha: &[f64]) -> Values {
+        let at_point = |(bounds, xi): (&Vec<(usize, f64)>, &[f64; 4])| {
+            let along = |j: usize| dot(xi, &alpha[4 * j..]);
+            let total = bounds.iter().map(|b| b.1).sum::<f64>().max(f64::MIN_POSITIVE);
+            let mean = bounds.iter().map(|&(j, w)| w * along(j)).sum::<f64>() / total;
+            bounds.iter().map(|&(j, w)| (j, w * (along(j) - mean))).collect()
+        };
+        self.bounds.iter().zip(&self.at.xi).map(at_point).collect()
     }
 
     fn solve(&self, missing: &[f64]) -> Vec<f64> {
@@ -119,7 +113,8 @@ impl Moments<'_> {
         let enough = CLOSER * CLOSER * square;
         let (mut best, mut least) = (alpha.clone(), square);
         for _ in 0..4 * rest.len() {
-            let image = self.apply(&direction);
+            let mut image = vec![0.0; rest.len()];
+            self.at.add(&self.of(&direction), 1.0, &mut image);
             let curvature = dot(&direction, &image);
             if !(least > enough && square <= GROWN * GROWN * least && curvature > 0.0) {
                 break;

@@ -16,7 +16,7 @@ use crate::term::{Body, Term};
 
 use super::conditions::Placed;
 use super::discrete_body::DiscreteBody;
-use super::frame::Frame;
+use super::frame::RigidFrame;
 use super::neutral::Rolling;
 use crate::scene::{Contact, Load, LoadKind, Place};
 
@@ -36,7 +36,7 @@ pub struct Problem<const D: usize> {
     /// Bodies that are free to roll.
     pub(crate) rolling: Vec<Rolling>,
     /// The frames of the rigid bodies.
-    pub(crate) frames: Vec<Frame<D>>,
+    pub(crate) frames: Vec<RigidFrame>,
     /// The conditions and their rows.
     pub(crate) placed: Vec<Placed<D>>,
     pub(crate) names: Vec<(String, Place<D>)>,

@@ -1,17 +1,16 @@
 //! Rigid bodies: faces tied to six degrees of freedom, three in the plane, held, moved or loaded.
 
 use std::ops::Range;
-use std::sync::Arc;
 
-use crate::boundary::Constraints;
-use crate::each::Each;
+use crate::assembly::Model;
+use crate::boundary::{ConstraintEquation, Constraints};
 use crate::error::{BoundaryError, Error, Incompatible};
-use crate::geometry::{Part, Point};
+use crate::geometry::{Part, Point, all_padded, padded};
 use crate::mesh::Mesh;
 
 use super::conditions::Placed;
 use super::contact::holds;
-use super::frame::Frame;
+use super::frame::{RigidFrame, RigidShape};
 use crate::scene::{Load, LoadKind, Place, Scene, Source, Spot};
 
 impl<const D: usize> Scene<D> {
@@ -28,14 +27,16 @@ impl<const D: usize> Scene<D> {
     }
 
     /// The volumes of meshes that a rigid body stands for.
-    fn rigid_shapes(&self, name: &str) -> Result<Vec<Arc<Mesh<D>>>, Error> {
+    fn rigid_shapes(&self, name: &str) -> Result<Vec<RigidShape>, Error> {
         let own =
             Scene { rigids: self.rigids.iter().filter(|rigid| rigid.0 == name).cloned().collect(), ..self.clone() };
         let mut shapes = Vec::new();
         for body in &self.bodies {
             let Source::Mesh(mesh) = &body.source else { continue };
             for volume in own.rigid_volumes(mesh) {
-                shapes.push(Arc::new(mesh.body(volume)?));
+                let mesh = mesh.body(volume)?;
+                let cells = (0..mesh.cell_count()).map(|cell| mesh.lattice_corners(cell)).collect();
+                shapes.push(RigidShape { points: all_padded(mesh.points()), cells });
             }
         }
         Ok(shapes)
@@ -53,11 +54,11 @@ impl<const D: usize> Scene<D> {
     }
 
     /// The rigid body that a place is, by its number; and the point of it, where it is one.
-    pub(crate) fn rigid_at(&self, place: &Place<D>) -> Option<(usize, Option<Point<D>>)> {
+    pub(crate) fn rigid_at(&self, place: &Place<D>) -> Option<(usize, Option<Point<3>>)> {
         let find = |requested: &str| self.rigid_names().iter().position(|name| *name == requested);
         match (&place.spot, &place.of) {
             (Spot::Part(Part::Named(name)), None) => Some((find(name)?, None)),
-            (Spot::Point(at), Some(name)) => Some((find(name)?, Some(*at))),
+            (Spot::Point(at), Some(name)) => Some((find(name)?, Some(padded(at)))),
             _ => None,
         }
     }
@@ -69,8 +70,8 @@ pub(crate) fn frames<const D: usize>(
     ties: &[(usize, Range<usize>)],
     equations: &mut Constraints,
     placed: &mut Vec<Placed<D>>,
-    positions: &mut Vec<Point<D>>,
-) -> Result<Vec<Frame<D>>, Error> {
+    positions: &mut Vec<Point<3>>,
+) -> Result<Vec<RigidFrame>, Error> {
     let names = scene.rigid_names();
     if names.is_empty() {
         return Ok(Vec::new());
@@ -83,14 +84,11 @@ pub(crate) fn frames<const D: usize>(
     let particles = positions.len();
     let mut frames = Vec::with_capacity(names.len());
     for (number, name) in names.into_iter().enumerate() {
-        let mut numbers = Vec::new();
-        for (_, range) in ties.iter().filter(|tie| tie.0 == number) {
-            numbers.extend(range.clone());
-        }
-        let own = numbers.mapped(|&k| &equations.equations()[k]);
-        let mut frame = Frame::around(name, positions.len(), &own, positions)?;
+        let numbers = || ties.iter().filter(|tie| tie.0 == number).flat_map(|tie| tie.1.clone());
+        let own: Vec<&ConstraintEquation> = numbers().filter_map(|k| equations.equations().get(k)).collect();
+        let mut frame = RigidFrame::around(name, D, &own, positions)?;
         frame.shapes = scene.rigid_shapes(name)?;
-        for k in numbers {
+        for k in numbers() {
             let entries = frame.counterpart(&equations.equations()[k], positions);
             equations.extend_equation(k, entries);
         }
@@ -118,16 +116,16 @@ pub(crate) fn frames<const D: usize>(
 /// Refuses rigid bodies that neither conditions nor springs nor contacts may hold.
 pub(crate) fn held<const D: usize>(
     scene: &Scene<D>,
-    frames: &[Frame<D>],
+    frames: &[RigidFrame],
     equations: &Constraints,
-    positions: &[Point<D>],
+    model: &Model,
 ) -> Result<(), Error> {
     let springs = |load: &Load<D>| matches!(load.kind, LoadKind::Integrand(_) | LoadKind::Pressure(_));
     let Some(frame) = frames.first() else { return Ok(()) };
     if !scene.contacts.is_empty()
         || !scene.contact_pairs.is_empty()
         || scene.loads.iter().any(springs)
-        || holds(equations, positions, !scene.kinematics.hoop_components().is_empty())
+        || holds(equations, (D, &model.points()), !scene.kinematics.hoop_components().is_empty())
     {
         return Ok(());
     }

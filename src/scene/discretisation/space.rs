@@ -8,7 +8,7 @@ use crate::cells::{Cells, Lattice, Layout};
 use crate::contact::Obstacle;
 use crate::each::{Each, array_of, point_of};
 use crate::error::{Error, Incompatible, LinearError, SolveError};
-use crate::geometry::{Bounds, Domain, Point};
+use crate::geometry::{Bounds, Domain, Point, all_padded};
 use crate::linear::{Auxiliary, Krylov, after_their_rows, multiplications, nested_dissection};
 use crate::quadrature::Points;
 use crate::shape::{Approximation, FiniteElements};
@@ -297,7 +297,7 @@ fn unsuited_contact<const D: usize>(
             "a rigid surface that is pushed or free to turn",
             "prescribe its motion or rotation, or take SolverChoice::Auto",
         ))
-    } else if !super::contact::holds(equations, positions, false) {
+    } else if !super::contact::holds(equations, (D, &all_padded(positions)), false) {
         Some(("a body that only contact supports", "fix it by conditions, or take SolverChoice::Auto"))
     } else if scheme.stepping.control == StepControl::ArcLength {
         Some(("contact under StepControl::ArcLength", "take StepControl::Load, or SolverChoice::Auto"))

@@ -14,7 +14,6 @@ use crate::solve::State;
 use crate::table::ShapeTable;
 use crate::tensor::{mean, von_mises};
 
-use super::rigid_motion::RigidShape;
 use super::view::ProblemView;
 use crate::scene::Problem;
 
@@ -77,7 +76,7 @@ impl<const D: usize> Problem<D> {
     /// For a state of another problem.
     pub fn vtk_grid(&self, state: &State) -> Result<VtkGrid, Error> {
         self.check_length(state)?;
-        self.view().grid(state, self.rigid_shapes(state))
+        self.view().grid(state)
     }
 
     /// The problem's shape functions $\Psi_I(X)$ and their gradients \[1/length\] at a point of the body, node by node
@@ -105,7 +104,7 @@ impl<const D: usize> Problem<D> {
 }
 
 impl ProblemView<'_> {
-    fn grid(&self, state: &State, rigid: Vec<RigidShape>) -> Result<VtkGrid, Error> {
+    fn grid(&self, state: &State) -> Result<VtkGrid, Error> {
         let dim = self.dim;
         let mut displacements = self.particle_displacements(state)?;
         let mut positions = self.positions();
@@ -120,10 +119,10 @@ impl ProblemView<'_> {
             of_body.resize(end, number as f64);
             of_cell.resize(cells.len(), number as i64);
         }
-        for (number, shape) in rigid.into_iter().enumerate() {
+        for (number, (shape, moved)) in self.rigid_shapes(state).enumerate() {
             let first = positions.len();
             positions.extend_from_slice(&shape.points);
-            displacements.extend(shape.displacements);
+            displacements.extend(moved);
             cells.extend(shape.cells.iter().map(|corners| {
                 let corners: Vec<usize> = corners.mapped(|corner| first + corner);
                 vtk_cell(dim, &corners, &positions)

@@ -13,9 +13,9 @@ use crate::solve::{EquilibriumPath, State};
 use crate::tensor::{mean, von_mises};
 
 use super::fields::vtk_cell;
-use super::rigid_motion::RigidShape;
 use super::view::ProblemView;
 use crate::scene::Problem;
+use crate::scene::discretisation::frame::RigidShape;
 
 /// A field of a state that a picture shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,7 +62,7 @@ impl<const D: usize> Problem<D> {
     /// For a state of another problem.
     pub fn picture(&self, state: &State, field: Field) -> Result<Picture, Error> {
         self.check_length(state)?;
-        self.view().picture(state, field, &self.rigid_shapes(state))
+        self.view().picture(state, field)
     }
 
     /// A web page on which the body is turned and its steps are run through, from rest to the last state of a path.
@@ -82,7 +82,7 @@ impl<const D: usize> Problem<D> {
     /// For a path of another problem.
     pub fn page(&self, path: &EquilibriumPath, field: Field, title: &str) -> Result<Page, Error> {
         let rest = self.at_rest();
-        let mut states = std::iter::once(&rest).chain(path.steps.iter().map(|step| &step.state));
+        let mut states = std::iter::once(&rest).chain(path.states().skip(1));
         states.try_fold(Page::new(title), |page, state| {
             Ok(page.frame(format!("load factor {:.3}", state.load), self.picture(state, field)?))
         })
@@ -90,7 +90,7 @@ impl<const D: usize> Problem<D> {
 }
 
 impl ProblemView<'_> {
-    fn picture(&self, state: &State, field: Field, rigid_shapes: &[RigidShape]) -> Result<Picture, Error> {
+    fn picture(&self, state: &State, field: Field) -> Result<Picture, Error> {
         let displacements = self.particle_displacements(state)?;
         let stresses = || Ok::<_, Error>(self.at_particles(&self.stresses(state)?));
         let at_particles: Vec<f64> = match field {
@@ -106,11 +106,11 @@ impl ProblemView<'_> {
         let mut drawn = Drawn::default();
         let mut faces = contact_surface(self.dim, &self.drawn_cells(), positions);
         let (mut bonded, mut rigid): (HashSet<[usize; 2]>, HashMap<[u64; 3], Point<3>>) = Default::default();
-        for shape in rigid_shapes {
+        for (shape, moved) in self.rigid_shapes(state) {
             let own = faces_beside(self.dim, shape, &mut faces, &mut bonded, positions);
             let points = &shape.points;
-            rigid.extend(points.iter().map(bits).zip(shape.displacements.iter().copied()));
-            let current: Vec<Point<3>> = points.paired(&shape.displacements, |x, u| x + u);
+            rigid.extend(points.iter().map(bits).zip(moved.iter().copied()));
+            let current: Vec<Point<3>> = points.iter().zip(&moved).map(|(x, u)| x + u).collect();
             drawn.add(Divided::new(points, &own, 1), current, &|_| f64::NAN);
         }
         let value = |psi: &ShapeFunctions<3>, u: &Point<3>| match field {

@@ -10,7 +10,9 @@ use crate::geometry::{Part, Point};
 use crate::output::{PvdCollection, Table, check_ending};
 use crate::solve::{EquilibriumPath, State};
 
+use super::rigid_motion::rotation_vector;
 use crate::scene::discretisation::conditions::Placed;
+use crate::scene::discretisation::frame::RigidFrame;
 use crate::scene::{DiscreteBody, Place, Problem, Spot, resolve};
 
 /// Sums of coefficients below this part of their sizes are none.
@@ -35,11 +37,9 @@ impl Reacting<'_> {
 struct Recorded<'a> {
     title: String,
     rows: Vec<Reacting<'a>>,
-    /// The displacement and the rotation vector of a rigid body of that name.
-    motion: Option<Box<Motion<'a>>>,
+    /// The rigid body of that name.
+    frame: Option<&'a RigidFrame>,
 }
-
-type Motion<'a> = dyn Fn(&State) -> Result<(Vec<f64>, [f64; 3]), Error> + 'a;
 
 /// $-\sum_J \mu_J \sum_k c_{Jk}$ by components.
 fn reaction(dim: usize, rows: &[Reacting<'_>], state: &State) -> [f64; 3] {
@@ -122,7 +122,7 @@ fn table(model: &Model, places: &[Recorded<'_>], axes: &Range<usize>, path: &Equ
     let dim = model.dim();
     let mut header: Vec<String> = ["step", "load", "energy"].map(String::from).to_vec();
     let mut moves = Vec::with_capacity(places.len());
-    for Recorded { title, rows, motion } in places {
+    for Recorded { title, rows, frame } in places {
         let mut columns = |what: &str, components: &[usize]| {
             header.extend(components.iter().map(|i| format!("{title}: {what}_{i}")));
         };
@@ -130,28 +130,28 @@ fn table(model: &Model, places: &[Recorded<'_>], axes: &Range<usize>, path: &Equ
         columns("force", &all);
         columns("moment", &turns);
         let mut moved = all;
-        if motion.is_none() {
+        if frame.is_none() {
             moved.retain(|&i| mean_displacement(dim, rows, &path.start, i).is_some());
         }
         columns("displacement", &moved);
-        if motion.is_some() {
+        if frame.is_some() {
             columns("rotation", &turns);
         }
         moves.push(moved);
     }
     let mut table = Table::new(header);
-    for (step, state) in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).enumerate() {
+    for (step, state) in path.states().enumerate() {
         let mut line = vec![step as f64, state.load, model.at(state)?.energy()];
-        for (Recorded { rows, motion, .. }, moved) in places.iter().zip(&moves) {
+        for (Recorded { rows, frame, .. }, moved) in places.iter().zip(&moves) {
             line.extend_from_slice(&reaction(dim, rows, state)[..dim]);
             if !axes.is_empty() {
                 line.extend_from_slice(&moment(model, rows, state, &[0.0; 3], axes.clone())[axes.clone()]);
             }
-            match motion {
-                Some(motion) => {
-                    let (displacement, turn) = motion(state)?;
-                    line.extend_from_slice(&displacement);
-                    line.extend_from_slice(&turn[axes.clone()]);
+            match frame {
+                Some(frame) => {
+                    let (displacement, rotation) = frame.motion(&state.displacement);
+                    line.extend_from_slice(&displacement.as_slice()[..dim]);
+                    line.extend_from_slice(&rotation_vector(&rotation)[axes.clone()]);
                 }
                 None => line.extend(moved.iter().filter_map(|&i| mean_displacement(dim, rows, state, i))),
             }
@@ -220,7 +220,7 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// For a path of another problem.
     pub fn history(&self, path: &EquilibriumPath) -> Result<Table, Error> {
-        for state in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)) {
+        for state in path.states() {
             self.check_state(state)?;
         }
         let mut places: Vec<Recorded<'_>> = Vec::new();
@@ -233,14 +233,8 @@ impl<const D: usize> Problem<D> {
                 Some(name) => self.rows(&Place::on(Part::Named(name.clone()))),
                 None => self.rows(&placed.place),
             };
-            let motion = self.frames.iter().any(|frame| frame.name == title).then(|| -> Box<Motion<'_>> {
-                let name = title.clone();
-                Box::new(move |state| {
-                    let motion = self.rigid_motion(state, &name)?;
-                    Ok((motion.displacement.as_slice().to_vec(), motion.rotation_vector()))
-                })
-            });
-            places.push(Recorded { title, rows, motion });
+            let frame = self.frames.iter().find(|frame| frame.name == title);
+            places.push(Recorded { title, rows, frame });
         }
         table(&self.model, &places, &self.turns(), path)
     }
@@ -292,8 +286,7 @@ impl<const D: usize> Problem<D> {
         films: &mut PvdCollection,
     ) -> Result<(), Error> {
         let stem = file.file_stem().map_or_else(|| "path".to_string(), |stem| stem.to_string_lossy().into_owned());
-        let states = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
-        for (step, state) in states.enumerate().skip(first) {
+        for (step, state) in path.states().enumerate().skip(first) {
             let grid = self.vtk_grid(state)?;
             let own = match self.model.ranks() {
                 Some(ranks) => {

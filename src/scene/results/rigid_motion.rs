@@ -2,9 +2,8 @@
 
 use nalgebra::{Matrix3, Rotation3, SMatrix};
 
-use crate::each::{Each, list_of};
 use crate::error::{BoundaryError, Error};
-use crate::geometry::{Point, all_padded, padded};
+use crate::geometry::{Point, padded};
 use crate::solve::State;
 
 use crate::scene::discretisation::problem::Problem;
@@ -24,39 +23,15 @@ impl<const D: usize> RigidMotion<D> {
     /// The rotation vector \[rad\]: along the axis, as long as the angle, which is at most π; in the plane its third component
     /// alone.
     pub fn rotation_vector(&self) -> [f64; 3] {
-        let whole = Matrix3::from_fn(|i, j| match i < D && j < D {
-            true => self.rotation[(i, j)],
-            false => f64::from(u8::from(i == j)),
-        });
-        Rotation3::from_matrix_unchecked(whole).scaled_axis().into()
+        let mut whole = Matrix3::identity();
+        whole.view_mut((0, 0), (D, D)).copy_from(&self.rotation);
+        rotation_vector(&whole)
     }
 }
 
-/// A volume of a mesh that is rigid, as it is drawn in a state.
-pub(crate) struct RigidShape {
-    pub points: Vec<Point<3>>,
-    /// Corners in the order of [`Cells::corners`](crate::cells::Cells::corners).
-    pub cells: Vec<Vec<usize>>,
-    pub displacements: Vec<Point<3>>,
-}
-
-impl<const D: usize> Problem<D> {
-    /// The volumes that are rigid bodies in a state.
-    pub(crate) fn rigid_shapes(&self, state: &State) -> Vec<RigidShape> {
-        let mut shapes = Vec::new();
-        for frame in &self.frames {
-            for mesh in &frame.shapes {
-                let points = all_padded(mesh.points());
-                let mut displacements = Vec::with_capacity(points.len());
-                for x in mesh.points() {
-                    displacements.push(padded(&frame.displacement(x, &state.displacement)));
-                }
-                let cells = list_of(mesh.cell_count(), |cell| mesh.lattice_corners(cell));
-                shapes.push(RigidShape { points, cells, displacements });
-            }
-        }
-        shapes
-    }
+/// The rotation vector of a matrix.
+pub(super) fn rotation_vector(rotation: &Matrix3<f64>) -> [f64; 3] {
+    Rotation3::from_matrix_unchecked(*rotation).scaled_axis().into()
 }
 
 impl<const D: usize> Problem<D> {
@@ -67,12 +42,12 @@ impl<const D: usize> Problem<D> {
     pub fn rigid_motion(&self, state: &State, name: &str) -> Result<RigidMotion<D>, Error> {
         self.check_length(state)?;
         let Some(frame) = self.frames.iter().find(|frame| frame.name == name) else {
-            let known = self.frames.mapped(|frame| frame.name.as_str()).join("; ");
+            let known = self.frames.iter().map(|frame| frame.name.as_str()).collect::<Vec<_>>().join("; ");
             return Err(BoundaryError::UnknownBody { requested: name.to_string(), known }.into());
         };
-        let rotation = SMatrix::identity() + frame.gradient(&state.displacement);
-        let displacement = frame.displacement(&frame.centre, &state.displacement);
-        Ok(RigidMotion { centre: frame.centre, displacement, rotation })
+        let (displacement, rotation) = frame.motion(&state.displacement);
+        let rotation = SMatrix::from_fn(|i, j| rotation[(i, j)]);
+        Ok(RigidMotion { centre: padded(&frame.centre), displacement: padded(&displacement), rotation })
     }
 
     /// The displacements of the frames of another problem at the nodes of those of this one.
@@ -81,7 +56,7 @@ impl<const D: usize> Problem<D> {
             let Some(other) = from.frames.iter().find(|other| other.name == frame.name) else { continue };
             for (node, x) in frame.nodes().zip(frame.positions()) {
                 let u = other.displacement(&x, &state.displacement);
-                guess.displacement[node * D..(node + 1) * D].copy_from_slice(u.as_slice());
+                guess.displacement[node * D..(node + 1) * D].copy_from_slice(&u.as_slice()[..D]);
             }
         }
     }

@@ -15,6 +15,7 @@ use crate::parallel::map_with;
 use crate::scene::Problem;
 use crate::scene::discretisation::discrete_body::{DiscreteBody, SERIAL_BELOW};
 use crate::scene::discretisation::facet_rule::Facets;
+use crate::scene::discretisation::frame::{RigidFrame, RigidShape};
 use crate::shape::{FiniteElements, Scratch, ShapeFunctions};
 use crate::solve::State;
 use crate::table::Clusters;
@@ -273,14 +274,7 @@ impl dyn BodyView + '_ {
 
     /// $\sum_I \Psi_I d_I$.
     pub(super) fn weighted(&self, psi: &ShapeFunctions<3>, state: &State) -> Point<3> {
-        let (dim, first) = (self.dim(), self.nodes().start);
-        let mut u = Point::zeros();
-        for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
-            for i in 0..dim {
-                u[i] += value * state.displacement[(first + node as usize) * dim + i];
-            }
-        }
-        u
+        psi.weighted(self.dim(), &state.displacement[self.nodes().start * self.dim()..])
     }
 
     /// The displacement $u$ and the deformation gradient $F$ at a point, whose functions are given, from the coefficients of the body.
@@ -382,6 +376,7 @@ pub(crate) struct ProblemView<'a> {
     pub model: &'a Model,
     pub equations: &'a Constraints,
     pub bodies: Vec<&'a dyn BodyView>,
+    pub frames: &'a [RigidFrame],
 }
 
 impl<const D: usize> Problem<D> {
@@ -391,20 +386,25 @@ impl<const D: usize> Problem<D> {
         for body in &self.discrete_bodies {
             bodies.push(body);
         }
-        ProblemView { dim: D, model: &self.model, equations: &self.equations, bodies }
+        ProblemView { dim: D, model: &self.model, equations: &self.equations, bodies, frames: &self.frames }
     }
 }
 
 impl ProblemView<'_> {
     /// Positions of all nodes.
     pub(super) fn positions(&self) -> Vec<Point<3>> {
-        list_of(self.model.node_count(), |node| self.position(node))
+        self.model.points()
     }
 
     pub(super) fn position(&self, node: usize) -> Point<3> {
-        let mut x = [0.0; 3];
-        x[..self.dim].copy_from_slice(self.model.coordinates(node));
-        x.into()
+        self.model.point(node)
+    }
+
+    /// The volumes that are rigid bodies, with the displacements of their points in a state.
+    pub(super) fn rigid_shapes(&self, state: &State) -> impl Iterator<Item = (&RigidShape, Vec<Point<3>>)> {
+        let moved = |frame: &RigidFrame, x: &Point<3>| frame.displacement(x, &state.displacement);
+        let all = self.frames.iter().flat_map(|frame| frame.shapes.iter().map(move |shape| (frame, shape)));
+        all.map(move |(frame, shape)| (shape, shape.points.iter().map(|x| moved(frame, x)).collect()))
     }
 
     /// Displacements at all particles.

@@ -1,5 +1,6 @@
 //! How a stage begins where the one before ended.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::boundary::{ConstraintEquation, Constraints};
@@ -77,21 +78,21 @@ fn carry_displacement<const D: usize>(
         return Err(Incompatible::new("a stage with other particles", "the stage before", remedy).into());
     }
     next.displacement[..D * count].copy_from_slice(&state.displacement[..D * count]);
-    let mut take = |to: usize, from: usize, nodes: usize| {
-        let values = &state.displacement[D * from..D * (from + nodes)];
-        next.displacement[D * to..D * (to + nodes)].copy_from_slice(values);
+    let mut take = |to: Range<usize>, from: Range<usize>| {
+        next.displacement[to].copy_from_slice(&state.displacement[from]);
     };
     let pushed = |problem: &Problem<D>, name: &str| {
-        problem.contacts.iter().find(|contact| contact.name == name)?.law.rigid_dof()
+        let node = problem.contacts.iter().find(|contact| contact.name == name)?.law.rigid_dof()?;
+        Some(D * node..D * (node + 1))
     };
     for contact in &problem.contacts {
         if let (Some(to), Some(from)) = (pushed(problem, &contact.name), pushed(before, &contact.name)) {
-            take(to, from, 1);
+            take(to, from);
         }
     }
     for frame in &problem.frames {
         match before.frames.iter().find(|other| other.name == frame.name) {
-            Some(other) => take(frame.first, other.first, D + 1),
+            Some(other) => take(frame.unknowns(), other.unknowns()),
             None => {
                 let remedy = "tie parts to rigid bodies in the first stage; hold or load them in later ones";
                 return Err(Incompatible::new(format!("rigid body {}", frame.name), "a later stage", remedy).into());
