@@ -15,6 +15,9 @@ use super::{ContactError, ContactLaw, ContactSurface, Nearest};
 /// Least part of a step of the load that a motion of the surface may ask for.
 const LEAST_PART: f64 = 1e-3;
 
+/// Largest curvature times width that the matrix knows: to a trace function what is rounder is a corner, which no tangent describes.
+const SHARPEST: f64 = 4.0;
+
 /// Contact of a part of the boundary with a rigid surface, by the law [`ContactLaw`]: the gap of a trace function is a mean of $g(x)$ with
 /// $\Theta_J$ in which depth counts for more ([`CountedMean`]).
 pub(crate) struct RigidContact {
@@ -351,7 +354,8 @@ impl RigidContact {
                     }
                 };
                 let at = found.get_or_insert_with(|| self.beside(&placed, point as u32, view));
-                by_normal -= force * mean.part(at.found.gap);
+                let bent = contact_surface.traces[trace as usize].width * at.found.curvature.norm();
+                by_normal -= force * mean.part(at.found.gap) * (SHARPEST / bent).min(1.0);
                 by_square -= force * mean.curvature(at.found.gap);
             }
             let Some(at) = found else { continue };
