@@ -1,6 +1,6 @@
 //! Coulomb's friction at a trace function in contact, with a rigid surface or another face.
 
-use crate::geometry::Point;
+use crate::geometry::{Point, unit};
 use crate::term::{Coupling, Element};
 
 use super::law::{Slipping, Touch, is_at_limit};
@@ -15,8 +15,8 @@ pub(super) fn friction_step(from: f64, to: f64) -> f64 {
 }
 
 /// The traction $h + \mu\,\pi\,t - k\,s$ of a trace function: it sticks, or slides along a direction.
-struct Grip {
-    normal: Point<3>,
+struct Grip<'a> {
+    slipping: &'a Slipping,
     /// $h$: that of the last iteration, where it sticks.
     held: Point<3>,
     /// $t$: a unit vector where it slides, else zero.
@@ -30,29 +30,48 @@ struct Grip {
     rate: Point<3>,
 }
 
-impl Grip {
+impl Grip<'_> {
     /// The part of a vector along the surface, without that along the direction.
     fn across(&self, v: &Point<3>) -> Point<3> {
-        let along = along(&self.normal, v);
+        let along = self.slipping.along(v);
         along - self.direction * self.direction.dot(&along)
     }
 }
 
-fn along(normal: &Point<3>, v: &Point<3>) -> Point<3> {
-    v - normal * normal.dot(v)
+impl Slipping {
+    /// The part of a vector along the surface, where conditions leave friction something to do.
+    fn along(&self, v: &Point<3>) -> Point<3> {
+        let along = v - self.normal * self.normal.dot(v);
+        self.kept.map_or(along, |kept| along - kept * kept.dot(&along))
+    }
+
+    /// Without the directions along the surface in which conditions keep the particle; none where they are all that there are.
+    pub(super) fn beside(mut self, kept: [bool; 3], dim: usize) -> Option<Self> {
+        for component in (0..dim).filter(|&i| kept[i]) {
+            // What is nearer to the normal keeps the gap.
+            let across = unit(component) - self.normal * self.normal[component];
+            if across.norm() < self.normal[component].abs() {
+                continue;
+            }
+            if dim == 2 || self.kept.is_some() {
+                return None;
+            }
+            self.kept = Some(across.normalize());
+        }
+        Some(self)
+    }
 }
 
 impl Touch {
-    fn grip(&self, slipping: &Slipping) -> Grip {
-        let normal = slipping.normal;
-        let (slip, held) = (along(&normal, &slipping.slip), along(&normal, &self.traction));
+    fn grip<'a>(&self, slipping: &'a Slipping) -> Grip<'a> {
+        let (slip, held) = (slipping.along(&slipping.slip), slipping.along(&self.traction));
         let trial = held - slip * self.decisive;
         let size = trial.norm();
         // Without a slip since the last converged state rounding would decide about what slid there: it goes on sliding.
         let slid = slip.iter().all(|s| *s == 0.0) && is_at_limit(self.coefficient, self.pressure, &held);
         if size <= self.coefficient * (self.pressure - self.decisive * self.gap) && !(slid && size > 0.0) {
-            let (direction, rate) = (Point::zeros(), along(&normal, &slipping.by_load));
-            return Grip { normal, held, direction, slides: false, stiffness: self.proximal, slip, rate };
+            let (direction, rate) = (Point::zeros(), slipping.along(&slipping.by_load));
+            return Grip { slipping, held, direction, slides: false, stiffness: self.proximal, slip, rate };
         }
         // The slope of the law's traction -μπ s/|s| across the slip, μπ/|s|: at rest the request is as long as μπ + c|s|.
         let limit = self.coefficient * self.pressure.max(0.0);
@@ -60,7 +79,7 @@ impl Touch {
         let stiffness = if turning >= 0.0 { turning.min(self.proximal) } else { self.proximal };
         let (direction, none) = (trial / size, Point::zeros());
         let slip = slip - direction * direction.dot(&slip);
-        Grip { normal, held: none, direction, slides: true, stiffness, slip, rate: none }
+        Grip { slipping, held: none, direction, slides: true, stiffness, slip, rate: none }
     }
 
     /// Adds force and stiffness of friction; `moves` are places of unknowns with the slip times area that they make, `slope` that of

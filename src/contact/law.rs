@@ -186,6 +186,8 @@ pub(super) struct Slipping {
     /// Mean displacement relative to the other surface since the last converged state, and its change with the load factor.
     pub slip: Point<3>,
     pub by_load: Point<3>,
+    /// A direction along the surface in which a condition keeps the particle where the surface stays.
+    pub kept: Option<Point<3>>,
 }
 
 /// Derivatives of a mean gap over some unknowns, times the area that it is a mean over.

@@ -195,6 +195,11 @@ impl Obstacle {
         self.drive.as_ref().filter(|drive| drive.force.is_some()).map(|drive| drive.along)
     }
 
+    /// Whether nothing moves it along an axis.
+    pub(super) fn stays_along(&self, axis: usize) -> bool {
+        self.turning.is_none() && self.drive.as_ref().is_none_or(|drive| drive.along[axis] == 0.0)
+    }
+
     /// Whether it moves by unknowns of its own.
     pub(crate) fn is_free(&self) -> bool {
         self.free_direction().is_some() || self.turning.as_ref().is_some_and(|turning| turning.free)

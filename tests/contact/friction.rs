@@ -175,3 +175,51 @@ fn slides_against_its_slip_in_space() {
         assert!(slides > 0 || aside < 0.1, "{what}: nothing slides");
     }
 }
+
+/// A rough face between planes of symmetry does not slip, where a smooth one does not: conditions at its edges leave friction nothing to do.
+/// Grips that repeat their equations leave tractions undetermined, and no state was found.
+#[test]
+fn edges_that_conditions_keep_take_no_friction() {
+    let rubber = Rubber::neo_hookean(0.5, 200.0).unwrap();
+    let tube = |friction: f64, scheme: &Scheme| {
+        let shaft = RigidSurface::plane([5.02, 0.0], [1.0, 0.0]).interference(1.0).friction(friction);
+        let scene = Scene::new(Block::new([5.0, 0.0], [9.0, 4.0]), Axisymmetric, rubber.clone())
+            .prescribe((1, Side::Min), 1, 0.0)
+            .prescribe((1, Side::Max), 1, 0.0)
+            .contact(Side::Min, shaft.named("shaft"));
+        let problem = scene.discretize(scheme).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        (problem.contact(path.last(), "shaft").unwrap().force, path.iterations)
+    };
+    for scheme in [Scheme::default().particles([9, 8]), Scheme::elements(2).particles([9, 9])] {
+        let (smooth, _) = tube(0.0, &scheme);
+        for friction in [0.05, 0.3, 100.0] {
+            let (rough, iterations) = tube(friction, &scheme);
+            assert!(iterations <= 25, "{friction}: {iterations} iterations");
+            assert_relative_eq!(rough[0], smooth[0], max_relative = 1e-6);
+            assert_abs_diff_eq!(rough[1], 0.0, epsilon = 1e-4 * smooth[0].abs());
+        }
+    }
+    // Of a block that gives to one side a rough lid takes more than a smooth one, and no more than one that it is bonded to.
+    let cube = || {
+        let block = Block::new([0.0; 3], [1.0; 3]);
+        let mut scene = Scene::new(block, Solid, Rubber::neo_hookean(0.5, 20.0).unwrap());
+        for (axis, side) in [(0, Side::Min), (0, Side::Max), (1, Side::Min), (2, Side::Min)] {
+            scene = scene.prescribe((axis, side), axis, 0.0);
+        }
+        scene
+    };
+    let pressed = |scene: Scene<3>| {
+        let problem = scene.discretize(&Scheme::default().particles([5, 5, 4])).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        assert!(path.iterations <= 60, "{} iterations", path.iterations);
+        problem.reaction(path.last(), (2, Side::Min)).unwrap()[2]
+    };
+    let lid = |friction: f64| {
+        let lid = RigidSurface::plane([0.0, 0.0, 1.0], [0.0, 0.0, -1.0]).moving([0.0, 0.0, -0.05]);
+        pressed(cube().contact((2, Side::Max), lid.friction(friction)))
+    };
+    let bonded = pressed(cube().with(Condition::on((2, Side::Max)).displacement([0.0, 0.0, -0.05])));
+    let (smooth, rough, rougher) = (lid(0.0), lid(0.2), lid(0.5));
+    assert!(smooth < rough && rough < rougher && rougher < bonded, "{smooth}, {rough}, {rougher}, {bonded}");
+}

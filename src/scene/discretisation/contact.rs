@@ -1,5 +1,6 @@
 //! Contact of a scene as terms.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use crate::assembly::Model;
@@ -67,13 +68,18 @@ pub(crate) fn contact_definition<const D: usize>(
     let bulk = scene.bodies.iter().map(|body| body.material.initial_moduli().bulk).fold(0.0, f64::max);
     let particles = positions.len();
     let mut next = particles;
+    let still = equations.equations().iter().filter(|equation| equation.target == 0.0);
+    let still: HashSet<usize> = still.map(|equation| equation.dependent).collect();
+    let keeps =
+        |particle: usize, i: usize| i < D && still.contains(&(particle * D + i)) && equations.prescribes(particle, i);
     for contact in &scene.contacts {
         let rigid_dof = contact.surface.is_free().then(|| {
             next += 1;
             next as u32 - 1
         });
         let contact_surface = bodies.surface(&contact.place, &|| contact.label(), rigid_dof)?;
-        let law = RigidContact::new(contact_surface, contact.surface.clone(), rigid_dof, Stiffness::of(shear, bulk));
+        let stiffness = Stiffness::of(shear, bulk);
+        let law = RigidContact::new(contact_surface, contact.surface.clone(), rigid_dof, stiffness, keeps);
         if scene.started.is_none() {
             if law.law.interference.is_none() {
                 looks_at(&law, model.unknowns(), || contact.label())?;
