@@ -1,7 +1,7 @@
 //! Lists, arrays and sums of the values of a function, made in plain loops.
 //!
-//! `iter().map(f).collect()` compiles a dozen functions of the standard library for each closure, 350 lines of LLVM's input, and
-//! `[T; N]::map` 250 of them, in generic code once for each dimension: what is here is one function of some 40.
+//! `iter().map(f).collect()` and `[T; N]::map` compile a dozen functions of the standard library for each closure, in generic code once for
+//! each dimension; what is here compiles one.
 
 use nalgebra::SVector;
 

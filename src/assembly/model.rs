@@ -172,14 +172,14 @@ impl Model {
         Morton::through(self.dim, self.coordinates.chunks_exact(self.dim))
     }
 
-    /// The reference position of a node in as many dimensions as are asked for.
+    /// The reference position of a node; components beyond the model's own are zero.
     #[cfg(feature = "solve")]
     pub(crate) fn point<const D: usize>(&self, node: usize) -> Point<D> {
         let own = self.coordinates(node);
         Point::from_fn(|i, _| own.get(i).copied().unwrap_or(0.0))
     }
 
-    /// The reference positions of all nodes in as many dimensions.
+    /// The reference positions of all nodes, as [`point`](Model::point) has them.
     #[cfg(feature = "solve")]
     pub(crate) fn points<const D: usize>(&self) -> Vec<Point<D>> {
         (0..self.node_count()).map(|node| self.point(node)).collect()

@@ -39,24 +39,24 @@ impl Grip<'_> {
 }
 
 impl Slipping {
-    /// The part of a vector along the surface, where conditions leave friction something to do.
+    /// The tangential part of a vector, without the direction in which a condition fixes the particle.
     fn along(&self, v: &Point<3>) -> Point<3> {
         let along = v - self.normal * self.normal.dot(v);
-        self.kept.map_or(along, |kept| along - kept * kept.dot(&along))
+        self.fixed.map_or(along, |fixed| along - fixed * fixed.dot(&along))
     }
 
-    /// Without the directions along the surface in which conditions keep the particle; none where they are all that there are.
-    pub(super) fn beside(mut self, kept: [bool; 3], dim: usize) -> Option<Self> {
-        for component in (0..dim).filter(|&i| kept[i]) {
-            // What is nearer to the normal keeps the gap.
-            let across = unit(component) - self.normal * self.normal[component];
-            if across.norm() < self.normal[component].abs() {
+    /// Without the tangential directions of the components in which conditions fix the particle; none where no direction is left.
+    pub(super) fn without(mut self, components: [bool; 3], dim: usize) -> Option<Self> {
+        for component in (0..dim).filter(|&i| components[i]) {
+            // A component nearer to the normal than to the surface fixes the gap, not the slip.
+            let tangent = unit(component) - self.normal * self.normal[component];
+            if tangent.norm() < self.normal[component].abs() {
                 continue;
             }
-            if dim == 2 || self.kept.is_some() {
+            if dim == 2 || self.fixed.is_some() {
                 return None;
             }
-            self.kept = Some(across.normalize());
+            self.fixed = Some(tangent.normalize());
         }
         Some(self)
     }

@@ -45,7 +45,8 @@ impl Stiffness {
 /// Friction: the tangential traction $\tau_J$ is a condensed unknown as well, and $s_J$ the mean slip since the last converged state,
 /// $$s_J = 0 \text{ where } |\tau_J| \le \mu\\,\pi_J,\qquad \tau_J = -\mu\\,\pi_J\\,s_J/|s_J| \text{ elsewhere},$$
 /// told apart by $|\tau_J - c\\,s_J| \le \mu\\,(\pi_J - c\\,\bar g_J)$. Sticking trace functions get $\tau^{new} = \tau - \varepsilon(s + \nabla s\cdot\delta d)$;
-/// what the friction of sliding ones changes with their pressure is not symmetric and goes beside the factors.
+/// what the friction of sliding ones changes with their pressure is not symmetric and goes beside the factors. Along a direction in which a
+/// condition fixes the particle, and the surface does not move, $\tau_J = 0$: $s_J = 0$ would repeat the condition's equation.
 #[derive(Debug, Clone)]
 pub(crate) struct ContactLaw {
     /// Components of a traction.
@@ -186,8 +187,8 @@ pub(super) struct Slipping {
     /// Mean displacement relative to the other surface since the last converged state, and its change with the load factor.
     pub slip: Point<3>,
     pub by_load: Point<3>,
-    /// A direction along the surface in which a condition keeps the particle where the surface stays.
-    pub kept: Option<Point<3>>,
+    /// A tangential unit vector along which a condition fixes the particle and the surface does not move: no traction acts there.
+    pub fixed: Option<Point<3>>,
 }
 
 /// Derivatives of a mean gap over some unknowns, times the area that it is a mean over.

@@ -30,9 +30,9 @@ pub(crate) struct RigidContact {
     /// The largest coordinate of the body part \[length\].
     pub lever: f64,
     pub law: ContactLaw,
-    /// Components in which conditions keep the particle of each trace function where the surface stays: a grip would repeat these
-    /// equations.
-    kept: Vec<[bool; 3]>,
+    /// For each trace function the components in which conditions fix the particle and the surface does not move: sticking would repeat
+    /// their equations.
+    fixed: Vec<[bool; 3]>,
     /// Nodes of each facet with that of the surface; none where it has no unknowns.
     facets: Vec<Vec<u32>>,
 }
@@ -129,10 +129,10 @@ impl RigidContact {
         surface: Obstacle,
         rigid_dof: Option<u32>,
         stiffness: Stiffness,
-        keeps: impl Fn(usize, usize) -> bool,
+        fixes: impl Fn(usize, usize) -> bool,
     ) -> Self {
-        let kept = |trace: &Trace| std::array::from_fn(|i| surface.stays_along(i) && keeps(trace.particle as usize, i));
-        let kept = contact_surface.traces.iter().map(kept).collect();
+        let of = |trace: &Trace| std::array::from_fn(|i| surface.stays_along(i) && fixes(trace.particle as usize, i));
+        let fixed = contact_surface.traces.iter().map(of).collect();
         let lever = contact_surface.extent;
         let clusters = &contact_surface.table.clusters;
         let mut facets = Vec::new();
@@ -144,7 +144,7 @@ impl RigidContact {
             }
         }
         let law = ContactLaw::new(contact_surface.table.dim, stiffness, surface.friction, None);
-        let mut contact = RigidContact { contact_surface, surface, rigid_dof, lever, law, kept, facets };
+        let mut contact = RigidContact { contact_surface, surface, rigid_dof, lever, law, fixed, facets };
         if contact.surface.interference.is_some() {
             let (table, all) = (&contact.contact_surface.table, contact.contact_surface.traces.len());
             let unknowns = table.dim * contact.rigid_dof.map_or(0, |node| node as usize + 1).max(table.node_count);
@@ -211,8 +211,8 @@ impl RigidContact {
         let slipping = self.law.has_friction().then(|| {
             let (beside, angle) = self.before(trace, view.condensed);
             let slip = local_contact.slip(&beside, angle);
-            let slipping = Slipping { normal: local_contact.normal, slip, by_load: -local_contact.rate, kept: None };
-            slipping.beside(self.kept[trace], self.law.dim)
+            let slipping = Slipping { normal: local_contact.normal, slip, by_load: -local_contact.rate, fixed: None };
+            slipping.without(self.fixed[trace], self.law.dim)
         });
         let slipping = slipping.flatten();
         let own = (trace, &self.contact_surface.traces[trace]);

@@ -684,7 +684,7 @@ impl PairContact {
             normal: slip.normal,
             slip: slip.of(&now.since),
             by_load: Point::zeros(),
-            kept: None,
+            fixed: None,
         });
         let own = (trace, &self.contact_surfaces[0].traces[trace]);
         let touch = self.law.touch(own, view.condensed, [overlap.gap, overlap.by_load], slipping);

@@ -114,7 +114,8 @@ impl<const D: usize> RigidSurface<D> {
         self
     }
 
-    /// Coulomb's coefficient of friction.
+    /// Coulomb's coefficient of friction. Where a condition fixes a boundary particle along the surface, and the surface does not move in
+    /// that direction, the condition takes the force and no friction acts.
     pub fn friction(mut self, coefficient: f64) -> Self {
         self.0.friction = coefficient;
         self
@@ -195,7 +196,7 @@ impl Obstacle {
         self.drive.as_ref().filter(|drive| drive.force.is_some()).map(|drive| drive.along)
     }
 
-    /// Whether nothing moves it along an axis.
+    /// Whether no motion moves it along an axis.
     pub(super) fn stays_along(&self, axis: usize) -> bool {
         self.turning.is_none() && self.drive.as_ref().is_none_or(|drive| drive.along[axis] == 0.0)
     }

@@ -168,7 +168,7 @@ impl Windows {
         tangents: &[PointTangent<D, S>],
         lower: &mut LowerBlocks,
     ) {
-        // In space the products of one component fill the registers.
+        // In 3D the products of one component fill the registers.
         if const { D < 3 } {
             self.add_point::<A, D, S>(tangents.len() - 1, local, tangents, lower);
         } else {

@@ -176,8 +176,8 @@ fn slides_against_its_slip_in_space() {
     }
 }
 
-/// A rough face between planes of symmetry does not slip, where a smooth one does not: conditions at its edges leave friction nothing to do.
-/// Grips that repeat their equations leave tractions undetermined, and no state was found.
+/// A tube between planes of symmetry that is pressed on a shaft does not slip, so that friction changes nothing: conditions at the edges of
+/// the face fix what sticking would fix again. With both, tractions are undetermined and Newton's method finds no state.
 #[test]
 fn edges_that_conditions_keep_take_no_friction() {
     let rubber = Rubber::neo_hookean(0.5, 200.0).unwrap();
@@ -191,13 +191,17 @@ fn edges_that_conditions_keep_take_no_friction() {
         let path = problem.run().unwrap().completed().unwrap();
         (problem.contact(path.last(), "shaft").unwrap().force, path.iterations)
     };
-    for scheme in [Scheme::default().particles([9, 8]), Scheme::elements(2).particles([9, 9])] {
+    let particles = |along: usize| Scheme::default().particles([9, along]);
+    // Of seven cells three share a zone at one end, which is not symmetric: particles move by 1e-6, and friction holds them.
+    for (scheme, axial) in [(particles(8), 1e-4), (particles(9), 1e-10), (Scheme::elements(2).particles([9, 9]), 1e-10)]
+    {
         let (smooth, _) = tube(0.0, &scheme);
         for friction in [0.05, 0.3, 100.0] {
             let (rough, iterations) = tube(friction, &scheme);
+            // Friction takes ten steps, of one or two iterations where nothing slips.
             assert!(iterations <= 25, "{friction}: {iterations} iterations");
             assert_relative_eq!(rough[0], smooth[0], max_relative = 1e-6);
-            assert_abs_diff_eq!(rough[1], 0.0, epsilon = 1e-4 * smooth[0].abs());
+            assert_abs_diff_eq!(rough[1], 0.0, epsilon = axial * smooth[0].abs());
         }
     }
     // Of a block that gives to one side a rough lid takes more than a smooth one, and no more than one that it is bonded to.
@@ -212,6 +216,7 @@ fn edges_that_conditions_keep_take_no_friction() {
     let pressed = |scene: Scene<3>| {
         let problem = scene.discretize(&Scheme::default().particles([5, 5, 4])).unwrap();
         let path = problem.run().unwrap().completed().unwrap();
+        // Ten steps with friction, of at most six iterations where part of the face slips.
         assert!(path.iterations <= 60, "{} iterations", path.iterations);
         problem.reaction(path.last(), (2, Side::Min)).unwrap()[2]
     };

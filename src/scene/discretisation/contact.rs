@@ -70,7 +70,7 @@ pub(crate) fn contact_definition<const D: usize>(
     let mut next = particles;
     let still = equations.equations().iter().filter(|equation| equation.target == 0.0);
     let still: HashSet<usize> = still.map(|equation| equation.dependent).collect();
-    let keeps =
+    let fixes =
         |particle: usize, i: usize| i < D && still.contains(&(particle * D + i)) && equations.prescribes(particle, i);
     for contact in &scene.contacts {
         let rigid_dof = contact.surface.is_free().then(|| {
@@ -79,7 +79,7 @@ pub(crate) fn contact_definition<const D: usize>(
         });
         let contact_surface = bodies.surface(&contact.place, &|| contact.label(), rigid_dof)?;
         let stiffness = Stiffness::of(shear, bulk);
-        let law = RigidContact::new(contact_surface, contact.surface.clone(), rigid_dof, stiffness, keeps);
+        let law = RigidContact::new(contact_surface, contact.surface.clone(), rigid_dof, stiffness, fixes);
         if scene.started.is_none() {
             if law.law.interference.is_none() {
                 looks_at(&law, model.unknowns(), || contact.label())?;

@@ -241,8 +241,8 @@ fn piece_name(body: &str, piece: &[usize], problem: &ProblemView<'_>) -> String 
     format!("the separate piece of {body} around X = ({})", coordinates.join(", "))
 }
 
-/// Energies of motions at rest, relative to that of a strain of size 1 all over: without what acts on steps alone. A rigid motion strains a
-/// body around an axis alone, so that no matrix of a body is needed.
+/// Energies of motions of the undeformed bodies, relative to that of the strain 1/size and to the stiffness of other terms; without artificial
+/// springs. A rigid motion strains axisymmetric and radial bodies alone, by their hoops, so that no matrix of a body is needed.
 fn energies(problem: &ProblemView<'_>, motions: &[Vec<f64>], size: f64) -> DMatrix<f64> {
     let whole = problem.model;
     let model = whole.retained(|term| !term.layout().artificial && !matches!(term.form(), Form::Blocks { .. }));
