@@ -115,6 +115,24 @@ fn contact_with_itself_takes_factors() {
     assert!(!touching.discretize(&krylov).unwrap().analysis().solver.keeps_pressures());
 }
 
+/// Conditions hold a slender bar: contact that is declared and does not occur leaves the matrix, and the states, as they are.
+#[test]
+fn contact_that_does_not_occur_changes_nothing() {
+    let bar = Scene::new(Block::new([0.0, 0.0], [20.0, 0.5]), PlaneStrain, rubber())
+        .hold((0, Side::Min))
+        .with(Load::force((0, Side::Max), [0.0, -2e-5]));
+    let scheme = Scheme::default().particles([41, 3]);
+    let [(problem, free), (_, declared)] =
+        [bar.clone(), bar.contact_itself((1, Side::Max), "fold")].map(|scene| solved(&scene, &scheme));
+    assert_eq!(free.iterations, declared.iterations);
+    let tip = problem.displacement(free.last(), &[20.0, 0.25].into()).unwrap()[1];
+    assert!(tip < -1.0, "{tip}");
+    let [free, declared] = [free.last(), declared.last()].map(|state| &state.displacement);
+    for (a, b) in free.iter().zip(declared) {
+        assert_abs_diff_eq!(a, b, epsilon = 1e-9 * tip.abs());
+    }
+}
+
 /// A sheet folded around a bend of a given inner radius, in space: arms along the first axis, above and below the plane between them, or the
 /// lower half of it. `uneven` makes lengths along the sheet grow from one end to the other.
 fn folded(whole: bool, uneven: f64) -> Mapped<impl Fn(&Point<3>) -> Point<3> + Send + Sync + 'static> {

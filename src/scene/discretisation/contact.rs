@@ -8,8 +8,9 @@ use crate::boundary::Constraints;
 use crate::contact::{
     ArtificialSpring, ContactError, ContactLaw, ContactSurface, PairContact, RigidBodyDof, RigidContact, Stiffness,
 };
+use crate::each::Each;
 use crate::error::{Error, Incompatible};
-use crate::geometry::{Point, RigidMode};
+use crate::geometry::Point;
 use crate::material::Material;
 use crate::shape::FiniteElements;
 use crate::table::ShapeTable;
@@ -48,7 +49,6 @@ pub(crate) fn contact_definition<const D: usize>(
     scene: &Scene<D>,
     all: &BodyCells<D>,
     (discrete_bodies, rules): (&[DiscreteBody<D>], &[FacetRule]),
-    sharing: &Sharing,
     equations: &Constraints,
     positions: &[Point<3>],
     model: &mut Model,
@@ -101,19 +101,6 @@ pub(crate) fn contact_definition<const D: usize>(
     }
     for contact_pair in &scene.contact_pairs {
         contacts.push(bodies.pair(contact_pair, positions, Stiffness::of(shear, bulk), model)?);
-    }
-    if next > particles
-        || !scene.contact_pairs.is_empty()
-        || !holds(equations, (D, &model.points()), !scene.kinematics.hoop_components().is_empty())
-    {
-        let mut volume = [0.0];
-        for discrete_body in discrete_bodies {
-            for weight in discrete_body.body.table().weights() {
-                volume[0] += weight;
-            }
-        }
-        sharing.total(&mut volume);
-        model.add_replicated(Arc::new(artificial_spring(model, volume[0], shear)));
     }
     Ok(contacts)
 }
@@ -309,40 +296,30 @@ const SLACK: f64 = 0.05;
 /// then holds comes to rest with as small a factor per iteration.
 const FREE_MOTION_STIFFNESS: f64 = 1e-6;
 
-fn artificial_spring(model: &Model, volume: f64, shear: f64) -> ArtificialSpring {
+/// Keeps the nodes regular that nothing but contact holds.
+pub(crate) fn hold_free<const D: usize>(
+    free: &[u32],
+    discrete_bodies: &[DiscreteBody<D>],
+    sharing: &Sharing,
+    model: &mut Model,
+) {
+    if free.is_empty() {
+        return;
+    }
+    let (mut volume, mut shear) = ([0.0], f64::INFINITY);
+    for discrete_body in discrete_bodies {
+        shear = discrete_body.body.material().initial_moduli().shear.min(shear);
+        for weight in discrete_body.body.table().weights() {
+            volume[0] += weight;
+        }
+    }
+    sharing.total(&mut volume);
     let (nodes, mut extent) = (model.node_count(), 0.0f64);
     for node in 0..nodes {
         let both = model.coordinates(node).iter().zip(model.coordinates(0));
         extent = extent.max(both.map(|(x, first)| (x - first) * (x - first)).sum::<f64>().sqrt());
     }
-    let each = FREE_MOTION_STIFFNESS * shear * volume / (extent * extent * nodes as f64);
-    let each_node = (0..nodes as u32).map(|n| [n]).collect();
-    ArtificialSpring { dim: model.dim(), nodes: each_node, stiffness: vec![each; nodes] }
-}
-
-/// Whether rows hold all rigid motions of a body.
-pub(crate) fn holds(equations: &Constraints, (dim, positions): (usize, &[Point<3>]), revolved: bool) -> bool {
-    let extent = positions.iter().fold(0.0f64, |e, x| e.max((x - positions[0]).norm())).max(f64::MIN_POSITIVE);
-    let centre = positions.iter().fold(Point::<3>::zeros(), |c, x| c + x) / positions.len().max(1) as f64;
-    let mut motions = RigidMode::all(dim);
-    // Bodies of revolution move along their axis alone.
-    motions.retain(|mode| !revolved || mode.axis > 0 && mode.lower.is_none());
-    if motions.is_empty() {
-        return true;
-    }
-    let mut gram = nalgebra::DMatrix::<f64>::zeros(motions.len(), motions.len());
-    for equation in equations.equations() {
-        let seen = |mode: &RigidMode| {
-            let at = |k: usize| mode.at(&((positions[k / dim] - centre) / extent))[k % dim];
-            equation.entries.iter().map(|&(k, c)| c * at(k)).sum::<f64>() / equation.measure()
-        };
-        let found: Vec<f64> = motions.iter().map(seen).collect();
-        for (a, x) in found.iter().enumerate() {
-            for (b, y) in found.iter().enumerate() {
-                gram[(a, b)] += x * y;
-            }
-        }
-    }
-    let values = gram.symmetric_eigenvalues();
-    values.min() > 1e-8 * values.max().max(1e-3)
+    let each = FREE_MOTION_STIFFNESS * shear * volume[0] / (extent * extent * nodes as f64);
+    let nodes = free.mapped(|&node| [node]);
+    model.add_replicated(Arc::new(ArtificialSpring { dim: D, nodes, stiffness: vec![each; free.len()] }));
 }

@@ -21,7 +21,7 @@ use crate::term::{FollowerPressure, Pointwise};
 use super::body_cells::all_cells;
 use super::bond::bond_all;
 use super::conditions::{Refused, particle_at};
-use super::contact::{contact_definition, rigid_dof_count, rigid_dofs};
+use super::contact::{contact_definition, hold_free, rigid_dof_count, rigid_dofs};
 use super::discrete_body::DiscreteBody;
 use super::elements::elements;
 use super::neutral::hold_rolling;
@@ -31,6 +31,8 @@ use super::problem::{LoadTerms, Problem};
 use super::rigid;
 use super::sharing::Sharing;
 use crate::scene::definition::validate::is_finite_over;
+use crate::scene::results::free_motions::unheld;
+use crate::scene::results::view::ProblemView;
 use crate::scene::{
     ApproximationChoice, BodyCells, ConstraintMethod, Load, LoadKind, OnSheet, Place, Scene, Scheme, Sheet, Spot,
     Value, Varying, dead,
@@ -242,17 +244,15 @@ fn finish<const D: usize>(
             frames[number].load(&mut model, load, point, !turned)?;
         }
     }
-    let contacts = contact_definition(
-        scene,
-        all,
-        (&discrete_bodies, &rules),
-        sharing,
-        &equations,
-        &positions[..particles],
-        &mut model,
-    )?;
+    let parts = ProblemView::of(&model, &equations, &discrete_bodies, &frames);
+    let free = free_nodes(scene, &parts, particles, krylov.is_some())?;
+    rigid::held(scene, &frames, &free)?;
+    let contacts =
+        contact_definition(scene, all, (&discrete_bodies, &rules), &equations, &positions[..particles], &mut model)?;
+    if !contacts.is_empty() {
+        hold_free(&free, &discrete_bodies, sharing, &mut model);
+    }
     let rolling = hold_rolling(scene, &discrete_bodies, sharing, &equations, &contacts, &mut model);
-    rigid::held(scene, &frames, &equations, &model)?;
     let elements = discrete_bodies.len() == 1 && scheme.approximation == ApproximationChoice::Elements;
     let few = equations.len() <= TRANSFORMATION_ROWS || elements;
     let analysis = analysis_of(scheme, !bonded && frames.is_empty() && few, krylov)?;
@@ -268,6 +268,27 @@ fn finish<const D: usize>(
         placed,
         names: scene.names.clone(),
     })
+}
+
+/// The nodes that nothing holds, or contact alone, where a scene has contacts or rigid bodies.
+fn free_nodes<const D: usize>(
+    scene: &Scene<D>,
+    parts: &ProblemView<'_>,
+    particles: usize,
+    iterative: bool,
+) -> Result<Vec<u32>, Error> {
+    let touches = !scene.contacts.is_empty() || !scene.contact_pairs.is_empty();
+    if !touches && parts.frames.is_empty() {
+        return Ok(Vec::new());
+    }
+    let free = unheld(parts, particles as u32..(particles + rigid_dof_count(scene)) as u32);
+    if touches && iterative && !free.is_empty() {
+        let remedy = "fix it by conditions, or take SolverChoice::Auto";
+        return Err(
+            Incompatible::new("solution by Krylov iteration", "a body that only contact supports", remedy).into()
+        );
+    }
+    Ok(free)
 }
 
 /// The analysis of a scheme, by transformation where that is chosen, or left to choose and `transformable`.

@@ -2,14 +2,12 @@
 
 use std::ops::Range;
 
-use crate::assembly::Model;
 use crate::boundary::{ConstraintEquation, Constraints};
 use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Part, Point, all_padded, padded};
 use crate::mesh::Mesh;
 
 use super::conditions::Placed;
-use super::contact::holds;
 use super::frame::{RigidFrame, RigidShape};
 use crate::scene::{Load, LoadKind, Place, Scene, Source, Spot};
 
@@ -113,20 +111,12 @@ pub(crate) fn frames<const D: usize>(
     Ok(frames)
 }
 
-/// Refuses rigid bodies that neither conditions nor springs nor contacts may hold.
-pub(crate) fn held<const D: usize>(
-    scene: &Scene<D>,
-    frames: &[RigidFrame],
-    equations: &Constraints,
-    model: &Model,
-) -> Result<(), Error> {
+/// Refuses rigid bodies where nodes are free that neither contacts nor springs may hold.
+pub(crate) fn held<const D: usize>(scene: &Scene<D>, frames: &[RigidFrame], free: &[u32]) -> Result<(), Error> {
     let springs = |load: &Load<D>| matches!(load.kind, LoadKind::Integrand(_) | LoadKind::Pressure(_));
     let Some(frame) = frames.first() else { return Ok(()) };
-    if !scene.contacts.is_empty()
-        || !scene.contact_pairs.is_empty()
-        || scene.loads.iter().any(springs)
-        || holds(equations, (D, &model.points()), !scene.kinematics.hoop_components().is_empty())
-    {
+    let touches = !scene.contacts.is_empty() || !scene.contact_pairs.is_empty();
+    if free.is_empty() || touches || scene.loads.iter().any(springs) {
         return Ok(());
     }
     Err(BoundaryError::Free { name: frame.name.clone() }.into())

@@ -8,7 +8,7 @@ use crate::cells::{Cells, Lattice, Layout};
 use crate::contact::Obstacle;
 use crate::each::{Each, array_of, point_of};
 use crate::error::{Error, Incompatible, LinearError, SolveError};
-use crate::geometry::{Bounds, Domain, Point, all_padded};
+use crate::geometry::{Bounds, Domain, Point};
 use crate::linear::{Auxiliary, Krylov, after_their_rows, multiplications, nested_dissection};
 use crate::quadrature::Points;
 use crate::shape::{Approximation, FiniteElements};
@@ -230,7 +230,7 @@ pub(crate) fn krylov<const D: usize>(
     if !requested && !iterates(scene, scheme, size, worth, counted) {
         return Ok(None);
     }
-    if let Some((with, remedy)) = unsuited_contact(scene, scheme, cells.positions(), equations) {
+    if let Some((with, remedy)) = unsuited_contact(scene, scheme) {
         return refused(with, remedy);
     }
     let projected = matches!(body.field(), PressureField::Constant | PressureField::Linear);
@@ -280,12 +280,7 @@ pub(crate) fn krylov<const D: usize>(
 }
 
 /// The first of a scene's contacts that can't be combined with solution by iteration, and what to do instead.
-fn unsuited_contact<const D: usize>(
-    scene: &Scene<D>,
-    scheme: &Scheme,
-    positions: &[Point<D>],
-    equations: &Constraints,
-) -> Option<(&'static str, &'static str)> {
+fn unsuited_contact<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Option<(&'static str, &'static str)> {
     const DIRECT: &str = "take SolverChoice::Auto, which takes a direct solver";
     let any = |of: fn(&Obstacle) -> bool| scene.contacts.iter().any(|contact| of(&contact.surface));
     if scene.contacts.is_empty() {
@@ -297,8 +292,6 @@ fn unsuited_contact<const D: usize>(
             "a rigid surface that is pushed or free to turn",
             "prescribe its motion or rotation, or take SolverChoice::Auto",
         ))
-    } else if !super::contact::holds(equations, (D, &all_padded(positions)), false) {
-        Some(("a body that only contact supports", "fix it by conditions, or take SolverChoice::Auto"))
     } else if scheme.stepping.control == StepControl::ArcLength {
         Some(("contact under StepControl::ArcLength", "take StepControl::Load, or SolverChoice::Auto"))
     } else {

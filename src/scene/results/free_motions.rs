@@ -1,6 +1,7 @@
 //! Rigid motions that nothing resists.
 
 use std::fmt;
+use std::ops::Range;
 
 use nalgebra::DMatrix;
 
@@ -69,6 +70,26 @@ pub(crate) fn free_motions<const D: usize>(problem: &Problem<D>, friction: bool)
         });
     }
     free_of(&problem.view(), &contacts)
+}
+
+/// The nodes that rigid motions move which neither conditions nor energy resist: what nothing but contact can hold. `travels` are the nodes
+/// of the travels of surfaces that are pushed, which are among them.
+pub(crate) fn unheld(problem: &ProblemView<'_>, travels: Range<u32>) -> Vec<u32> {
+    let motions = Motions::of(problem, &travels.clone().map(|node| node as usize).collect::<Vec<_>>());
+    let resistance = motions.resistance(problem, &[]);
+    let mut free: Vec<u32> = travels.collect();
+    if !resistance.iter().all(|r| r.is_finite()) {
+        return free;
+    }
+    let motionless = null_space(resistance);
+    for (group, nodes) in motions.groups.iter().enumerate() {
+        let parts = motionless.columns(group * motions.modes.len(), motions.modes.len());
+        if parts.amax() > FREE.sqrt() {
+            free.extend(nodes.iter().map(|&node| node as u32));
+        }
+    }
+    free.sort_unstable();
+    free
 }
 
 /// What contacts say of motions.

@@ -382,11 +382,23 @@ pub(crate) struct ProblemView<'a> {
 impl<const D: usize> Problem<D> {
     /// The problem as results see it.
     pub(crate) fn view(&self) -> ProblemView<'_> {
-        let mut bodies: Vec<&dyn BodyView> = Vec::with_capacity(self.discrete_bodies.len());
-        for body in &self.discrete_bodies {
+        ProblemView::of(&self.model, &self.equations, &self.discrete_bodies, &self.frames)
+    }
+}
+
+impl<'a> ProblemView<'a> {
+    /// Parts of a problem as results see them.
+    pub(crate) fn of<const D: usize>(
+        model: &'a Model,
+        equations: &'a Constraints,
+        discrete_bodies: &'a [DiscreteBody<D>],
+        frames: &'a [RigidFrame],
+    ) -> Self {
+        let mut bodies: Vec<&dyn BodyView> = Vec::with_capacity(discrete_bodies.len());
+        for body in discrete_bodies {
             bodies.push(body);
         }
-        ProblemView { dim: D, model: &self.model, equations: &self.equations, bodies, frames: &self.frames }
+        ProblemView { dim: D, model, equations, bodies, frames }
     }
 }
 
