@@ -146,11 +146,19 @@ pub(super) fn settle<const D: usize>(
     if std::mem::take(&mut answer.rough) {
         correct(answer, tolerance, limits)?;
     }
-    let refuted = answer.reached().then(|| answer.path.clone().completed().err()).flatten();
-    if let Some(none) = refuted {
-        answer.verdict = Verdict::NotReached(none.to_string());
+    if let Some(why) = answer.reached().then(|| doubted(answer)).flatten() {
+        answer.verdict = Verdict::NotReached(why);
     }
     Ok(())
+}
+
+/// Why the last state of an answer's model may be none.
+pub(super) fn doubted<const D: usize>(answer: &Answer<D>) -> Option<String> {
+    let because = |why: String| format!("{} of {} unknowns: {why}", answer.choice, answer.problem.model().unknowns());
+    match answer.problem.doubts_at_end(&answer.path) {
+        Ok(doubts) => doubts.first().map(|doubt| because(doubt.to_string())),
+        Err(error) => Some(because(error.to_string())),
+    }
 }
 
 /// Iterates the model of an answer to rest.
@@ -161,10 +169,13 @@ fn correct<const D: usize>(
 ) -> Result<(), Error> {
     let start = Instant::now();
     let (problem, guess) = (&answer.problem, answer.path.last().clone());
-    limits.settle();
+    // The model of an answer comes to rest, however long it takes.
+    let time = limits.time.take();
     limits.begin(problem.model().unknowns());
     let judging = &mut Judging { problem, observer: limits };
-    let path = problem.analysis().correct(problem.model(), problem.equations(), guess, judging)?;
+    let path = problem.analysis().correct(problem.model(), problem.equations(), guess, judging);
+    limits.time = time;
+    let path = path?;
     if path.ending != Ending::Completed {
         // Broken off: what was compared is the answer.
         return Ok(());

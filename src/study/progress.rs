@@ -51,7 +51,7 @@ pub(super) struct Limits<'a> {
     /// Time of the search so far.
     clock: &'a dyn Fn() -> Duration,
     /// Most of it.
-    time: Option<Duration>,
+    pub time: Option<Duration>,
     /// Whether there is an answer: before, no time is too long.
     pub answered: bool,
     /// Work of all models of the search so far.
@@ -76,11 +76,6 @@ impl<'a> Limits<'a> {
     pub(crate) fn late(&self) -> Option<String> {
         let time = self.time.filter(|time| self.answered && (self.clock)() >= *time)?;
         Some(format!("the budget of {} s is used up", time.as_secs_f64()))
-    }
-
-    /// Lifts what limits the time, so that the model of the answer comes to rest.
-    pub(crate) fn settle(&mut self) {
-        self.time = None;
     }
 
     /// Once the unknowns of the next model are known; nothing is known to limit the first one.

@@ -12,7 +12,7 @@ use super::answer::{Answer, Budget, Tolerance, Verdict};
 use super::assembled::{Assembled, is_assembled};
 use super::evidence::{DifferenceBound, difference_bound};
 use super::extrapolation::extrapolate;
-use super::nested::{BROKEN_OFF, check, failed, name_of, settle, solve, unsettled};
+use super::nested::{BROKEN_OFF, check, doubted, failed, name_of, settle, solve, unsettled};
 use super::progress::{Limits, Progress};
 use super::resolved::overlooked;
 use super::strategy::{Even, Found, Model, Next, ORDERS, Strategy};
@@ -146,8 +146,13 @@ impl<const D: usize> Scene<D> {
             };
             limits.answered = true;
             found.run(tolerance, budget, false, limits);
+            // A state that is none leaves the tolerance to the next scheme.
+            if found.answer.reached() {
+                settle(&mut found.answer, tolerance, limits)?;
+            }
+            let done = found.is_done();
             searches.push(found);
-            if searches.last().is_some_and(Search::is_done) {
+            if done {
                 break;
             }
         }
@@ -155,6 +160,9 @@ impl<const D: usize> Scene<D> {
         if !searches.iter().any(Search::is_done) {
             for search in searches.iter_mut().filter(|search| search.hopeless) {
                 search.run(tolerance, budget, true, limits);
+                if search.answer.reached() {
+                    settle(&mut search.answer, tolerance, limits)?;
+                }
                 if search.is_done() {
                     break;
                 }
@@ -178,10 +186,20 @@ impl<const D: usize> Scene<D> {
             let why = if left.is_empty() { "reached the tolerance first".into() } else { left.join("; ") };
             answer.choice = format!("{} ({why})", answer.choice);
         }
+        // A finer model may see what the others overlook: parts that pass through one another, surfaces that are unstable.
+        let unknowns = answer.problem.model().unknowns();
+        let finer =
+            searches.iter().map(|search| &search.answer).filter(|other| other.problem.model().unknowns() > unknowns);
+        let refuted = finer.filter(|_| answer.reached()).filter_map(doubted).next();
+        if let Some(why) = refuted {
+            answer.verdict = Verdict::NotReached(why);
+        }
         for other in searches {
             answer.tried.extend(other.answer.levels.into_iter().chain(other.answer.tried));
         }
-        settle(&mut answer, tolerance, limits)?;
+        if !answer.reached() {
+            settle(&mut answer, tolerance, limits)?;
+        }
         Ok(answer)
     }
 }

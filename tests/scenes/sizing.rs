@@ -500,3 +500,23 @@ fn moments_are_quantities_with_dual_solutions() {
     let of_revolution = Tolerance::of(Quantity::moment((0, Side::Max), [0.0, 0.0], 2), 0.1);
     assert!(disk(0.05).solve_within(&of_revolution, Budget::default()).is_err());
 }
+
+/// A block between smooth plates, shortened homogeneously: any model agrees with any other, and its flanks are unstable beyond Biot's
+/// limit, the stretch 0.5437 in plane strain.
+#[test]
+fn no_tolerance_is_reached_by_a_doubtful_state() {
+    for (shortened, reached) in [(0.4, true), (0.48, false)] {
+        let scene = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+            .prescribe((0, Side::Min), 0, 0.0)
+            .prescribe((1, Side::Min), 1, 0.0)
+            .prescribe((1, Side::Max), 1, -shortened);
+        let force = Quantity::reaction((1, Side::Max), 1);
+        let answer = scene.solve_within(&Tolerance::of(force, 0.01), Budget::default()).unwrap();
+        assert_eq!(answer.reached(), reached, "{shortened}: {:?}", answer.verdict);
+        assert!(
+            reached || matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("unstable")),
+            "{:?}",
+            answer.verdict
+        );
+    }
+}

@@ -240,3 +240,12 @@ fn arcs_do_not_run_back() {
     assert_eq!(cause(&path), Cause::Turned);
     assert!(path.last().load < 0.5 && path.steps.len() > 2, "{} {}", path.last().load, path.steps.len());
 }
+
+/// A plate pressed through a block onto its held face, which can't give way.
+#[test]
+fn a_surface_that_runs_into_held_particles_is_named() {
+    let plate = RigidSurface::plane([0.0, 1.0], [0.0, -1.0]).moving([0.0, -1.2]).named("plate");
+    let scene = block(rubber()).hold((1, Side::Min)).contact(Part::Whole, plate);
+    let why = cause(&run(&scene, Scheme::default())).to_string();
+    assert!(why.contains("plate ends") && why.contains("whose displacement is prescribed"), "{why}");
+}

@@ -66,12 +66,7 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// For a path of another problem, and where the surface of a body can't be integrated.
     pub fn verdict(&self, path: &EquilibriumPath) -> Result<Vec<Doubt>, Error> {
-        let state = path.last();
-        state.check_lengths(&self.model, &self.equations)?;
-        let mut doubts: Vec<Doubt> = path.doubts().into_iter().cloned().collect();
-        let view = self.view();
-        let points = surface_points::surface_points(&view, state)?;
-        doubts.extend(passing::passed(self, state, &points));
+        let (state, mut doubts) = (path.last(), self.doubts_at_end(path)?);
         doubts.extend(self.equations.overruled().iter().map(|overruled| Doubt {
             cause: DoubtCause::Overruled { conditions: overruled.to_string() },
             load: state.load,
@@ -86,6 +81,16 @@ impl<const D: usize> Problem<D> {
                 _ => Vec::new(),
             },
         }));
+        Ok(doubts)
+    }
+
+    /// The doubts of [`verdict`](Problem::verdict) that are about states, not about the scene.
+    pub(crate) fn doubts_at_end(&self, path: &EquilibriumPath) -> Result<Vec<Doubt>, Error> {
+        let (view, state) = (self.view(), path.last());
+        state.check_lengths(&self.model, &self.equations)?;
+        let mut doubts: Vec<Doubt> = path.doubts().into_iter().cloned().collect();
+        let points = surface_points::surface_points(&view, state)?;
+        doubts.extend(passing::passed(self, state, &points));
         doubts.extend(biot::beyond_limit(&view, state, &points, &biot::touching(self, state)));
         Ok(doubts)
     }
@@ -104,7 +109,8 @@ impl<const D: usize> Problem<D> {
         Ok(doubts)
     }
 
-    /// The path of a run that stalled for want of a state, with the free motion as its cause where there is one.
+    /// The path of a run that stalled for want of a state, with the free motion as its cause where there is one, or the rigid surface that
+    /// runs into prescribed particles.
     pub(crate) fn named(&self, mut path: EquilibriumPath) -> EquilibriumPath {
         let Ending::Stalled(stalled) = &mut path.ending else { return path };
         let numeric = matches!(
@@ -121,8 +127,11 @@ impl<const D: usize> Problem<D> {
                 let motions: Vec<String> = free_motions(self, *friction).iter().map(ToString::to_string).collect();
                 if !motions.is_empty() {
                     stalled.cause = Cause::FreeMotion { motions, friction: !friction };
-                    break;
+                    return path;
                 }
+            }
+            if let Some(inside) = fixed_inside(self).first() {
+                stalled.cause = Cause::Refused(format!("no equilibrium was found: {inside}"));
             }
         }
         path
