@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use thiserror::Error;
+
 use super::LinearError;
 
 /// Why an analysis stalled: what went wrong in the last attempt, and where on the path.
@@ -21,27 +23,35 @@ pub struct Stalled {
 }
 
 /// What ended the last attempt to reach a further state.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Error)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Cause {
     /// Newton's method did not converge within the allowed iterations.
+    #[error("Newton's method did not converge within {0} iterations")]
     Iterations(usize),
     /// The step limiter cut every step so that no material inverts: the step is too large.
+    #[error("every iteration had to be shortened to keep J > 0 (factor {factor:.3}): no equilibrium was found nearby")]
     StepLimited {
         /// The last step factor.
         factor: f64,
     },
     /// The increments grow although the state was predicted from others.
+    #[error("Newton's increments grow (now {increment:.1e} of the displacement): no equilibrium was found nearby")]
     Diverging {
         /// The last increment relative to the displacement.
         increment: f64,
     },
     /// Numbers that are not finite: of a material beyond its range, a load or a custom term.
+    #[error(
+        "forces are not finite: the material is strained beyond its range, or a load, an amplitude or a custom term is NaN there"
+    )]
     NotFinite,
     /// A term breaks what it promises: which one, and how.
+    #[error("{0}")]
     Term(String),
     /// The tangent matrix is singular.
+    #[error("{}", if *at_start { solver.as_str() } else { "the matrix is singular in the next state" })]
     Singular {
         /// Whether no step had converged before: a rigid motion may be free.
         at_start: bool,
@@ -49,6 +59,16 @@ pub enum Cause {
         solver: String,
     },
     /// A rigid motion is free, or friction alone resists it.
+    #[error(
+        "{}: {}; hold it by a condition, {}",
+        if *friction { "friction alone resists a motion, and only once there is pressure" } else { "a motion is free" },
+        motions.join("; "),
+        if *friction {
+            "for good or in a first stage that presses the parts together (Stages)"
+        } else {
+            "or by the friction of a contact"
+        }
+    )]
     FreeMotion {
         /// The motions, by translation and rotation and by body.
         motions: Vec<String>,
@@ -56,10 +76,16 @@ pub enum Cause {
         friction: bool,
     },
     /// The linear solver failed otherwise.
+    #[error("{0}")]
     LinearSolver(String),
     /// The controlled functional does not change with the load.
+    #[error("the controlled quantity does not change with the load")]
     Control,
     /// A large step has gained or lost unstable modes: it may have left its path.
+    #[error(
+        "the number of unstable modes changes from {before} to {after} in one large step: the state may lie on another \
+         equilibrium path"
+    )]
     Unstable {
         /// Unstable modes before the step.
         before: usize,
@@ -67,11 +93,19 @@ pub enum Cause {
         after: usize,
     },
     /// Only unstable states were found, also after a perturbation along an unstable mode.
+    #[error(
+        "no stable state was found: the last one has {modes} unstable modes, and a perturbation led to no stable state \
+         either. The body buckles or slips away here; support it, add friction, or use StepControl::ArcLength"
+    )]
     NoStableState {
         /// Unstable modes of the last state found.
         modes: usize,
     },
     /// Even the smallest time step has an error above the tolerance.
+    #[error(
+        "the relative error of the stress is {error:.1e} even with the smallest time step, the tolerance is {tolerance:.1e}: \
+         lower Stepping::smallest or raise Stepping::time_tolerance"
+    )]
     TimeError {
         /// The relative error of the stress.
         error: f64,
@@ -79,14 +113,21 @@ pub enum Cause {
         tolerance: f64,
     },
     /// A state or a step is refused, with the reason: a body that leaves a rigid profile at its open end, lists of another problem.
+    #[error("{0}")]
     Refused(String),
     /// The arc runs back along the path.
+    #[error("the arc-length step runs back along the path")]
     Turned,
     /// The load falls beyond a limit point, and the stepping was not told to follow it.
+    #[error("the load falls beyond a limit point")]
     LimitPoint,
     /// The largest allowed number of steps is reached.
+    #[error("the analysis has taken {0} steps, the most allowed: raise Stepping::steps")]
     Steps(usize),
     /// The next step would be smaller than the rounding of the controlled quantity.
+    #[error(
+        "the step of the controlled quantity, from {now:e} to {next:e}, is lost in rounding: no equilibrium was found in between"
+    )]
     Rounding {
         /// The controlled quantity now.
         now: f64,
@@ -158,71 +199,6 @@ impl fmt::Display for Stalled {
             | Cause::LinearSolver(_)
             | Cause::Singular { at_start: false, .. } => write!(f, "{cause}{}", driven.remedy()),
             _ => write!(f, "{cause}"),
-        }
-    }
-}
-
-impl std::error::Error for Cause {}
-
-impl fmt::Display for Cause {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Cause::Iterations(n) => write!(f, "Newton's method did not converge within {n} iterations"),
-            Cause::StepLimited { factor } => {
-                write!(
-                    f,
-                    "every iteration had to be shortened to keep J > 0 (factor {factor:.3}): no equilibrium was found nearby"
-                )
-            }
-            Cause::Diverging { increment } => write!(
-                f,
-                "Newton's increments grow (now {increment:.1e} of the displacement): no equilibrium was found nearby"
-            ),
-            Cause::NotFinite => write!(
-                f,
-                "forces are not finite: the material is strained beyond its range, or a load, an amplitude or a custom term is NaN there"
-            ),
-            Cause::Singular { at_start: false, .. } => write!(f, "the matrix is singular in the next state"),
-            Cause::Singular { solver, .. } | Cause::LinearSolver(solver) => write!(f, "{solver}"),
-            Cause::FreeMotion { motions, friction: true } => write!(
-                f,
-                "friction alone resists a motion, and only once there is pressure: {}; hold it by a condition, for good or in a first \
-                 stage that presses the parts together (Stages)",
-                motions.join("; ")
-            ),
-            Cause::FreeMotion { motions, friction: false } => write!(
-                f,
-                "a motion is free: {}; hold it by a condition, or by the friction of a contact",
-                motions.join("; ")
-            ),
-            Cause::Control => write!(f, "the controlled quantity does not change with the load"),
-            Cause::Unstable { before, after } => {
-                write!(
-                    f,
-                    "the number of unstable modes changes from {before} to {after} in one large step: the state may lie on another \
-                     equilibrium path"
-                )
-            }
-            Cause::NoStableState { modes } => write!(
-                f,
-                "no stable state was found: the last one has {modes} unstable modes, and a perturbation led to no stable state \
-                 either. The body buckles or slips away here; support it, add friction, or use StepControl::ArcLength"
-            ),
-            Cause::TimeError { error, tolerance } => write!(
-                f,
-                "the relative error of the stress is {error:.1e} even with the smallest time step, the tolerance is {tolerance:.1e}: \
-                 lower Stepping::smallest or raise Stepping::time_tolerance"
-            ),
-            Cause::Refused(why) | Cause::Term(why) => write!(f, "{why}"),
-            Cause::Turned => write!(f, "the arc-length step runs back along the path"),
-            Cause::LimitPoint => write!(f, "the load falls beyond a limit point"),
-            Cause::Steps(most) => {
-                write!(f, "the analysis has taken {most} steps, the most allowed: raise Stepping::steps")
-            }
-            Cause::Rounding { now, next } => write!(
-                f,
-                "the step of the controlled quantity, from {now:e} to {next:e}, is lost in rounding: no equilibrium was found in between"
-            ),
         }
     }
 }
