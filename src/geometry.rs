@@ -154,9 +154,10 @@ impl<const D: usize> Block<D> {
         for axis in 0..D {
             let extent = self.max[axis] - self.min[axis];
             // The negation also catches NaN.
-            if !(extent > 0.0 && extent.is_finite()) {
-                return Err(GeometryError::Degenerate { what: "block", axis, value: extent });
-            }
+            ensure!(
+                extent > 0.0 && extent.is_finite(),
+                GeometryError::Degenerate { what: "block", axis, value: extent }
+            );
         }
         Ok(())
     }

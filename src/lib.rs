@@ -80,6 +80,7 @@ pub use nalgebra;
 mod compiled;
 mod dense;
 mod each;
+#[macro_use]
 pub mod error;
 pub mod geometry;
 mod order;

@@ -63,15 +63,17 @@ fn gathered(
     middles: HashMap<[u32; 2], [f64; 3]>,
 ) -> Result<Gathered, MeshError> {
     let highest = (0..=3).rev().find(|&k| elements[k].len() > 0).unwrap_or(0);
-    if highest != dimension {
-        let what = format!("the mesh has cells of dimension {highest}, but is read as Mesh<{dimension}>");
-        let remedy = if highest > dimension {
-            "read it as Mesh<3>, with the kinematics Solid"
-        } else {
-            "export the cells of the body too (in Gmsh: a physical group of its volumes or surfaces), or read it as Mesh<2>"
-        };
-        return Err(MeshError::Dimension { what, remedy });
-    }
+    ensure!(
+        highest == dimension,
+        MeshError::Dimension {
+            what: format!("the mesh has cells of dimension {highest}, but is read as Mesh<{dimension}>"),
+            remedy: if highest > dimension {
+                "read it as Mesh<3>, with the kinematics Solid"
+            } else {
+                "export the cells of the body too (in Gmsh: a physical group of its volumes or surfaces), or read it as Mesh<2>"
+            }
+        }
+    );
     // Nodes of the body, in the order of the file; corners of arcs and middles of edges are no particles.
     const UNUSED: u32 = u32::MAX;
     let mut number = vec![UNUSED; all.len()];
@@ -169,10 +171,13 @@ impl<const D: usize> Mesh<D> {
         let mut places: Vec<(u8, u32)> = Vec::new();
         for (shape, corners) in blocks {
             let each = shape.corner_count();
-            if corners.len() % each != 0 {
-                let what = format!("{} corners in a block of {}s", corners.len(), shape.name());
-                return Err(MeshError::Array { what, remedy: "give each cell all of its corners" });
-            }
+            ensure!(
+                corners.len() % each == 0,
+                MeshError::Array {
+                    what: format!("{} corners in a block of {}s", corners.len(), shape.name()),
+                    remedy: "give each cell all of its corners"
+                }
+            );
             let list = &mut elements[shape.dimension()];
             for cell in corners.chunks(each) {
                 if let Some(&node) = cell.iter().find(|node| **node >= points.len()) {
@@ -184,10 +189,13 @@ impl<const D: usize> Mesh<D> {
         }
         let mut named = Vec::with_capacity(groups.len());
         for (name, members) in groups {
-            if name.trim().is_empty() {
-                let remedy = "give it a name, by which conditions and results find it";
-                return Err(MeshError::Array { what: "a group has an empty name".into(), remedy });
-            }
+            ensure!(
+                !name.trim().is_empty(),
+                MeshError::Array {
+                    what: "a group has an empty name".into(),
+                    remedy: "give it a name, by which conditions and results find it"
+                }
+            );
             let mut dimension = None;
             let mut found = Vec::with_capacity(members.len());
             for &member in members {
@@ -195,10 +203,13 @@ impl<const D: usize> Mesh<D> {
                     let what = format!("group {name} names element {member} of {}", places.len());
                     return Err(MeshError::Array { what, remedy: "count elements from 0 through all blocks" });
                 };
-                if *dimension.get_or_insert(own) != own {
-                    let what = format!("group {name} holds elements of dimension {own} and another one");
-                    return Err(MeshError::Dimension { what, remedy: "give each dimension a group of its own" });
-                }
+                ensure!(
+                    *dimension.get_or_insert(own) == own,
+                    MeshError::Dimension {
+                        what: format!("group {name} holds elements of dimension {own} and another one"),
+                        remedy: "give each dimension a group of its own"
+                    }
+                );
                 found.push(place);
             }
             found.sort_unstable();

@@ -72,27 +72,22 @@ impl<const D: usize> Particles<D> {
     /// positive, or two particles are at one place, closer than rounding leaves them.
     pub fn new(positions: Vec<Point<D>>, supports: Vec<Support<D>>) -> Result<Self, ApproximationError> {
         check_positions(&positions)?;
-        if supports.len() != positions.len() {
-            return Err(ApproximationError::Length {
-                what: "supports",
-                given: supports.len(),
-                particles: positions.len(),
-            });
-        }
+        ensure!(
+            supports.len() == positions.len(),
+            ApproximationError::Length { what: "supports", given: supports.len(), particles: positions.len() }
+        );
         for (particle, support) in supports.iter().enumerate() {
             for &value in support.half_widths().iter() {
-                if !(value > 0.0 && value.is_finite()) {
-                    return Err(ApproximationError::Support { particle, value });
-                }
+                ensure!(value > 0.0 && value.is_finite(), ApproximationError::Support { particle, value });
             }
-            if matches!(support, Support::Parallelepiped(_)) && support.inverse_axes().is_none() {
-                let remedy = "give half-axes in as many directions as there are dimensions";
-                return Err(ApproximationError::Particle {
+            ensure!(
+                !matches!(support, Support::Parallelepiped(_)) || support.inverse_axes().is_some(),
+                ApproximationError::Particle {
                     particle,
                     what: "the half-axes of its support enclose nothing",
-                    remedy,
-                });
-            }
+                    remedy: "give half-axes in as many directions as there are dimensions",
+                }
+            );
         }
         check_places(&positions, &|particle| supports[particle].half_widths())?;
         Ok(Particles { positions, supports, volumes: Vec::new() })
@@ -103,10 +98,14 @@ impl<const D: usize> Particles<D> {
     /// # Errors
     /// As [`new`](Particles::new), and where there is no neighbour of that rank.
     pub fn by_neighbour(positions: Vec<Point<D>>, rank: usize, factor: f64) -> Result<Self, ApproximationError> {
-        if rank == 0 || rank >= positions.len() {
-            let remedy = "give a rank of 1 up to, not including, the number of particles";
-            return Err(ApproximationError::Particle { particle: 0, what: "no neighbour has this rank", remedy });
-        }
+        ensure!(
+            rank != 0 && rank < positions.len(),
+            ApproximationError::Particle {
+                particle: 0,
+                what: "no neighbour has this rank",
+                remedy: "give a rank of 1 up to, not including, the number of particles"
+            }
+        );
         check_positions(&positions)?;
         let tree = BoxTree::of(&positions);
         let distances = |rank| list_of(positions.len(), |own| tree.distance_by_rank(own, &positions[own], rank));
@@ -127,13 +126,10 @@ impl<const D: usize> Particles<D> {
     /// # Errors
     /// Where the number of volumes differs from that of the particles or one is not positive.
     pub fn with_volumes(mut self, volumes: Vec<f64>) -> Result<Self, ApproximationError> {
-        if volumes.len() != self.positions.len() {
-            return Err(ApproximationError::Length {
-                what: "volumes",
-                given: volumes.len(),
-                particles: self.positions.len(),
-            });
-        }
+        ensure!(
+            volumes.len() == self.positions.len(),
+            ApproximationError::Length { what: "volumes", given: volumes.len(), particles: self.positions.len() }
+        );
         if let Some(particle) = volumes.iter().position(|v| !(*v > 0.0 && v.is_finite())) {
             return Err(ApproximationError::Particle {
                 particle,

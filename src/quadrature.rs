@@ -190,13 +190,14 @@ impl<const D: usize> Points<D> {
         let groups_fit = self.groups.first() == Some(&0)
             && self.groups.last() == Some(&n)
             && self.groups.windows(2).all(|w| w[0] <= w[1]);
-        if !lengths_fit || !groups_fit {
-            return Err(GeometryError::Count {
+        ensure!(
+            lengths_fit && groups_fit,
+            GeometryError::Count {
                 what: "entries of a point set",
                 count: self.weights.len(),
                 needed: "positions, weights and normals have one entry per point, groups rise from 0 to their number",
-            });
-        }
+            }
+        );
         if let Some(&value) = self.weights.iter().find(|w| !w.is_finite()) {
             return Err(Invalid::new("integration weight", value, "give finite weights").into());
         }
@@ -209,10 +210,14 @@ impl<const D: usize> Points<D> {
             return Err(Invalid::new("length of a normal", normal.norm(), needed).into());
         }
         let total: f64 = self.weights.iter().sum();
-        if !(total > 0.0) && n > 0 {
-            let needed = "weights measure a body or its boundary: give ones that add up to more than nothing";
-            return Err(Invalid::new("sum of the integration weights", total, needed).into());
-        }
+        ensure!(
+            total > 0.0 || n == 0,
+            Invalid::new(
+                "sum of the integration weights",
+                total,
+                "weights measure a body or its boundary: give ones that add up to more than nothing"
+            )
+        );
         Ok(())
     }
 }

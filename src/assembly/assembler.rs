@@ -141,10 +141,14 @@ impl Assembler {
 
     fn check<'a>(&self, model: &Model, at: StateRef<'a>) -> Result<StateRef<'a>, SolveError> {
         model.check(at)?;
-        if !self.is_of(model) {
-            let (given, needed) = (model.terms.len(), self.slabs.len());
-            return Err(SolveError::OtherModel { what: "terms of the assembler's own clusters", given, needed });
-        }
+        ensure!(
+            self.is_of(model),
+            SolveError::OtherModel {
+                what: "terms of the assembler's own clusters",
+                given: model.terms.len(),
+                needed: self.slabs.len()
+            }
+        );
         Ok(at)
     }
 

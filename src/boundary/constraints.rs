@@ -154,14 +154,13 @@ impl Constraints {
         if let Some(&(_, value)) = equation.entries.iter().find(|(_, c)| !c.is_finite()) {
             return Err(BoundaryError::Value { what: equation.label, value, load: 1.0 });
         }
-        if !equation.target.is_finite() {
-            return Err(BoundaryError::Value { what: equation.label, value: equation.target, load: 1.0 });
-        }
+        ensure!(
+            equation.target.is_finite(),
+            BoundaryError::Value { what: equation.label, value: equation.target, load: 1.0 }
+        );
         for load in [0.0, 1.0] {
             let value = equation.target * equation.amplitude.evaluate(load).0;
-            if !value.is_finite() {
-                return Err(BoundaryError::Value { what: equation.label, value, load });
-            }
+            ensure!(value.is_finite(), BoundaryError::Value { what: equation.label, value, load });
         }
         if equation.entries.iter().all(|(_, c)| *c == 0.0) {
             return Err(BoundaryError::Dependent { equation: self.equations.len(), what: equation.label, pivot: 0.0 });

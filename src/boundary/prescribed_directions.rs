@@ -150,9 +150,7 @@ pub(crate) fn check_agreement(
     };
     let Some((load, values)) = found else { return Ok(()) };
     for ((label, ..), value) in [first, second].into_iter().zip(values) {
-        if !value.is_finite() {
-            return Err(BoundaryError::Value { what: label.to_string(), value, load });
-        }
+        ensure!(value.is_finite(), BoundaryError::Value { what: label.to_string(), value, load });
     }
     let (first, second) = (first.0.to_string(), second.0.to_string());
     Err(BoundaryError::Conflict { first, second, component, at: at.to_vec(), values })

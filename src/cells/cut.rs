@@ -192,11 +192,14 @@ impl CutLattice {
     /// As [`new`](CutLattice::new), and for a matrix that is no rotation.
     pub fn with_axes(solid: &Solid3, spacing: f64, axes: Matrix3<f64>) -> Result<Self, GeometryError> {
         let off = (axes.transpose() * axes - Matrix3::identity()).norm().max((axes.determinant() - 1.0).abs());
-        if !(off < ROTATION) {
-            let (what, needed) =
-                ("distance of the axes of a lattice from a rotation", "give orthogonal unit columns, right-handed");
-            return Err(Invalid::new(what, off, needed).into());
-        }
+        ensure!(
+            off < ROTATION,
+            Invalid::new(
+                "distance of the axes of a lattice from a rotation",
+                off,
+                "give orthogonal unit columns, right-handed"
+            )
+        );
         Self::of_solid(solid, spacing, Some(axes), None)
     }
 
@@ -255,10 +258,14 @@ impl CutLattice {
     }
 
     fn check(&self) -> Result<(), GeometryError> {
-        if self.positions.len() < 4 || self.cells.is_empty() {
-            let needed = "give a narrower spacing: four at least are needed";
-            return Err(GeometryError::Count { what: "particles in a part", count: self.positions.len(), needed });
-        }
+        ensure!(
+            self.positions.len() >= 4 && !self.cells.is_empty(),
+            GeometryError::Count {
+                what: "particles in a part",
+                count: self.positions.len(),
+                needed: "give a narrower spacing: four at least are needed"
+            }
+        );
         if let Some((thickness, size, at)) = self.thinnest() {
             let (spacing, thickness) = (f64::from(STEP) * size * self.frame.size, thickness * size * self.frame.size);
             let at = self.frame.place(&at).as_slice().to_vec();

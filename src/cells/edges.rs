@@ -44,10 +44,10 @@ fn with_traces(
     gauss: usize,
     curved: bool,
 ) -> Result<BoundaryCells<2>, GeometryError> {
-    if parts == 0 {
-        let needed = "at least 1 is needed";
-        return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
-    }
+    ensure!(
+        parts != 0,
+        GeometryError::Count { what: "sub-cells per direction", count: 0, needed: "at least 1 is needed" }
+    );
     let (abscissae, weights) = gauss_legendre(on_facets(gauss, mesh.is_curved()))?;
     let mut cells = BoundaryCells { points: Points::empty(), traces: Vec::new() };
     let at = |k: usize| mesh.positions[piece.particles[k] as usize];

@@ -88,14 +88,14 @@ impl<const D: usize> Lattice<D> {
                         let t = unit[i];
                         let graded = grade(i, t);
                         let end_moved = (t == 0.0 || t == 1.0) && (graded - t).abs() > 1e-12;
-                        if end_moved || !graded.is_finite() {
-                            return Err(Invalid::new(
+                        ensure!(
+                            !end_moved && graded.is_finite(),
+                            Invalid::new(
                                 "graded coordinate",
                                 graded,
                                 "a grading maps 0 to 0 and 1 to 1 and rises in between",
                             )
-                            .into());
-                        }
+                        );
                         unit[i] = if t == 0.0 || t == 1.0 { t } else { graded };
                     }
                 }
@@ -260,9 +260,7 @@ impl<const D: usize> Lattice<D> {
                     let place = unravel(place, &[each; D]);
                     let (_, columns) = shape.map(&point_of::<D>(|i| place[i] as f64 / (each - 1) as f64));
                     let measure = determinant(&columns);
-                    if !(measure > 0.0 && measure.is_finite()) {
-                        return Err(GeometryError::InvertedCell { cell, measure });
-                    }
+                    ensure!(measure > 0.0 && measure.is_finite(), GeometryError::InvertedCell { cell, measure });
                 }
             }
             Ok(())
@@ -332,13 +330,10 @@ impl<const D: usize> Lattice<D> {
     /// # Errors
     /// For no part, or where the lattice would grow too large.
     pub fn refined(&self, parts: usize) -> Result<Lattice<D>, GeometryError> {
-        if parts == 0 {
-            return Err(GeometryError::Count {
-                what: "sub-cells per direction",
-                count: 0,
-                needed: "at least 1 is needed",
-            });
-        }
+        ensure!(
+            parts != 0,
+            GeometryError::Count { what: "sub-cells per direction", count: 0, needed: "at least 1 is needed" }
+        );
         let counts = self.counts.each(|c| (c - 1).saturating_mul(parts).saturating_add(1));
         let total = counts.iter().fold(1usize, |product, &count| product.saturating_mul(count));
         if total > NODE_LIMIT {

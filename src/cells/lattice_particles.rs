@@ -46,13 +46,10 @@ impl<const D: usize> Lattice<D> {
     /// # Errors
     /// For $r \le \tfrac12$ and a wrong number of dilations.
     pub fn particles_with(&self, dilations: &[f64]) -> Result<Particles<D>, ApproximationError> {
-        if dilations.len() != self.positions.len() {
-            return Err(ApproximationError::Length {
-                what: "dilations",
-                given: dilations.len(),
-                particles: self.positions.len(),
-            });
-        }
+        ensure!(
+            dilations.len() == self.positions.len(),
+            ApproximationError::Length { what: "dilations", given: dilations.len(), particles: self.positions.len() }
+        );
         let mut supports = Vec::with_capacity(self.positions.len());
         for (node, &r) in dilations.iter().enumerate() {
             check_dilation(r)?;

@@ -219,9 +219,7 @@ impl Refined {
         for (number, cell) in self.cells.iter().enumerate() {
             let x = cell.corners.each(|c| self.positions[c as usize]);
             let measure = determinant(&[x[1] - x[0], x[3] - x[0]]).min(determinant(&[x[3] - x[2], x[1] - x[2]]));
-            if !(measure > 0.0 && measure.is_finite()) {
-                return Err(GeometryError::InvertedCell { cell: number, measure });
-            }
+            ensure!(measure > 0.0 && measure.is_finite(), GeometryError::InvertedCell { cell: number, measure });
             for k in 0..4 {
                 for (axis, other) in [(k % 2, (k + 1) % 4), (1 - k % 2, (k + 3) % 4)] {
                     directions[cell.corners[k] as usize][axis].push(x[other] - x[k]);

@@ -110,14 +110,18 @@ pub(crate) fn expected(region: &Region, function: &dyn Fn(&Point<2>) -> f64) -> 
 pub(crate) fn scatter(region: &Region, spacing: &Spacing<'_>, settings: &Scatter) -> Result<Mesh, GeometryError> {
     let ([inside, outline], smallest) = spacing.expected(region)?;
     let expected = inside + outline + 1.0;
-    if expected > LIMIT {
-        let needed = "raise the spacing: at most 2e7 are accepted";
-        return Err(GeometryError::Count { what: "particles in the region", count: expected as usize, needed });
-    }
-    if smallest > region.extent() {
-        let needed = "give a spacing below the smaller extent of the shape";
-        return Err(Invalid::new("particle spacing", smallest, needed).into());
-    }
+    ensure!(
+        !(expected > LIMIT),
+        GeometryError::Count {
+            what: "particles in the region",
+            count: expected as usize,
+            needed: "raise the spacing: at most 2e7 are accepted"
+        }
+    );
+    ensure!(
+        !(smallest > region.extent()),
+        Invalid::new("particle spacing", smallest, "give a spacing below the smaller extent of the shape")
+    );
     // A dip between the samples has no end: particles crowd into it.
     let spacing = &Spacing { floor: DIP * smallest, ..*spacing };
     let (mut positions, pieces) = boundary(region, spacing)?;
@@ -269,10 +273,14 @@ fn blue_noise(
         if !placed {
             active.swap_remove(chosen);
         }
-        if positions.len() as f64 > LIMIT {
-            let needed = "raise the spacing: at most 2e7 are accepted";
-            return Err(GeometryError::Count { what: "particles in the region", count: positions.len(), needed });
-        }
+        ensure!(
+            !(positions.len() as f64 > LIMIT),
+            GeometryError::Count {
+                what: "particles in the region",
+                count: positions.len(),
+                needed: "raise the spacing: at most 2e7 are accepted"
+            }
+        );
     }
     Ok(())
 }

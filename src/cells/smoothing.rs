@@ -158,13 +158,14 @@ impl<const D: usize> Smoothing<D> {
                 }
             }
             // The negation also refuses NaN.
-            if !(sum.norm() <= GAP * size) {
-                return Err(GeometryError::Shape {
+            ensure!(
+                sum.norm() <= GAP * size,
+                GeometryError::Shape {
                     what: "the facets of a sub-cell do not close it",
                     at: centre.as_slice().to_vec(),
                     remedy: "name all of them, with the signs that turn them outward: their n dA sum to nothing",
-                });
-            }
+                }
+            );
         }
         Ok(())
     }
@@ -358,13 +359,10 @@ impl<const D: usize> Lattice<D> {
     /// # Errors
     /// Where the part does not exist or the numbers are impossible.
     pub(crate) fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
-        if parts == 0 {
-            return Err(GeometryError::Count {
-                what: "sub-cells per direction",
-                count: 0,
-                needed: "at least 1 is needed",
-            });
-        }
+        ensure!(
+            parts != 0,
+            GeometryError::Count { what: "sub-cells per direction", count: 0, needed: "at least 1 is needed" }
+        );
         let gauss = on_facets(gauss, self.is_curved());
         let (abscissae, weights) = gauss_legendre(gauss)?;
         let per_facet = (0..D - 1).fold(1usize, |total, _| total.saturating_mul(parts).saturating_mul(gauss));

@@ -121,10 +121,13 @@ impl Triangulation {
             Part::Named(name) => all.filter(|&k| self.names[self.mesh.pieces[k].part] == *name).collect(),
             _ => Vec::new(),
         };
-        if found.is_empty() {
-            let known = format!("{}, and the whole boundary", self.names.join(", "));
-            return Err(GeometryError::UnknownPart { part: part.to_string(), known });
-        }
+        ensure!(
+            !found.is_empty(),
+            GeometryError::UnknownPart {
+                part: part.to_string(),
+                known: format!("{}, and the whole boundary", self.names.join(", "))
+            }
+        );
         Ok(found)
     }
 
@@ -255,10 +258,10 @@ impl Cells<2> for Triangulation {
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
         zones.validate(self.cell_count())?;
         check_point_count(self.cell_count().saturating_mul(2), parts.saturating_mul(parts).saturating_mul(gauss))?;
-        if parts == 0 {
-            let needed = "at least 1 is needed";
-            return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
-        }
+        ensure!(
+            parts != 0,
+            GeometryError::Count { what: "sub-cells per direction", count: 0, needed: "at least 1 is needed" }
+        );
         self.polygons(parts, zones).smoothing(gauss)
     }
 

@@ -118,10 +118,14 @@ impl Zones {
             return Err(GeometryError::Count { what: "cell of a zone", count: cell as usize, needed });
         }
         let rise = self.offsets.windows(2).all(|w| w[0] <= w[1]);
-        if !rise || self.offsets.first() != Some(&0) || self.offsets.last() != Some(&self.cells.len()) {
-            let needed = "offsets rise from 0 to the number of cells in all zones";
-            return Err(GeometryError::Count { what: "offsets of zones", count: self.offsets.len(), needed });
-        }
+        ensure!(
+            rise && self.offsets.first() == Some(&0) && self.offsets.last() == Some(&self.cells.len()),
+            GeometryError::Count {
+                what: "offsets of zones",
+                count: self.offsets.len(),
+                needed: "offsets rise from 0 to the number of cells in all zones"
+            }
+        );
         let mut named = vec![false; count];
         let needed = "each cell belongs to one zone";
         if let Some(&cell) = self.cells.iter().find(|&&cell| std::mem::replace(&mut named[cell as usize], true)) {

@@ -162,9 +162,7 @@ impl Pencil {
             }
             if ended || basis.len() == next_look {
                 let (ends, residual) = ritz(&diagonal, &beside);
-                if !ends.iter().all(|end| end.is_finite()) {
-                    return Err(LinearError::Residual { residual: f64::NAN });
-                }
+                ensure!(ends.iter().all(|end| end.is_finite()), LinearError::Residual { residual: f64::NAN });
                 if ended || residual <= RESIDUAL * ends[1].abs() {
                     return Ok(Ends { smallest: ends[0], largest: ends[1], below });
                 }

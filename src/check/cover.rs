@@ -40,10 +40,14 @@ pub(super) fn cover<const D: usize>(
     };
     let at_particles: Vec<bool> = cells.positions().mapped(&mut is_lost);
     let mut gaps = Vec::new();
-    if points.groups.len() != cells.cell_count() + 1 {
-        let (count, needed) = (points.groups.len().saturating_sub(1), "Cells::gauss_in gives one for each zone");
-        return Err(GeometryError::Count { what: "groups of points in single cells", count, needed }.into());
-    }
+    ensure!(
+        points.groups.len() == cells.cell_count() + 1,
+        GeometryError::Count {
+            what: "groups of points in single cells",
+            count: points.groups.len().saturating_sub(1),
+            needed: "Cells::gauss_in gives one for each zone"
+        }
+    );
     for (cell, group) in points.groups.windows(2).enumerate() {
         let corners = cells.corners(cell);
         if let Some(&count) = corners.iter().find(|&&corner| corner >= at_particles.len()) {

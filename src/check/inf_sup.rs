@@ -91,10 +91,13 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<InfSup,
         forward(&factor, &mut slopes);
         schur += slopes.tr_mul(&slopes);
     }
-    if displacements == 0 {
-        let hint = "the conditions on the boundary leave no displacement: take more particles";
-        return Err(LinearError::Pivot { pivot: 0, hint }.into());
-    }
+    ensure!(
+        displacements != 0,
+        LinearError::Pivot {
+            pivot: 0,
+            hint: "the conditions on the boundary leave no displacement: take more particles"
+        }
+    );
     // The constant pressure does no work on displacements that vanish on the boundary.
     let constant = DMatrix::from_column_slice(pressures.count, 1, &pressures.constant);
     let squares = spectrum(Complement::of(constant).compress(schur))?;

@@ -93,26 +93,26 @@ pub fn patch_test_of<const D: usize>(
 /// Refuses gradients that are no homogeneous deformation.
 fn check_gradient<const D: usize>(gradient: &SMatrix<f64, D, D>, hoops: &[usize]) -> Result<(), Error> {
     let size = gradient.norm();
-    if !(size > 0.0 && size.is_finite()) {
-        let needed = "give a finite gradient other than zero";
-        return Err(Invalid::new("size of the displacement gradient", size, needed).into());
-    }
+    ensure!(
+        size > 0.0 && size.is_finite(),
+        Invalid::new("size of the displacement gradient", size, "give a finite gradient other than zero")
+    );
     let deformation = gradient + SMatrix::<f64, D, D>::identity();
     // The hoops stretch as the radius does.
     let plane = crate::cells::determinant(&array_of(|j| deformation.column(j).into_owned()));
     let value = hoops.iter().fold(plane, |jacobian, _| jacobian * deformation[(0, 0)]);
-    if value <= 0.0 {
-        let (what, needed) = ("det F of the patch test", "the body would be inverted: give a gradient with det F > 0");
-        return Err(Invalid::new(what, value, needed).into());
-    }
+    ensure!(
+        !(value <= 0.0),
+        Invalid::new("det F of the patch test", value, "the body would be inverted: give a gradient with det F > 0")
+    );
     let diagonal = (0..D).all(|i| (0..D).all(|j| i == j || gradient[(i, j)] == 0.0));
-    if !hoops.is_empty() && !diagonal {
-        return Err(GeometryError::Kinematics {
+    ensure!(
+        hoops.is_empty() || diagonal,
+        GeometryError::Kinematics {
             what: "a gradient that is not homogeneous in an axisymmetric body",
             at: gradient.iter().copied().collect(),
             remedy: "give a diagonal gradient: u_R = aR and u_Z = bZ",
         }
-        .into());
-    }
+    );
     Ok(())
 }

@@ -52,9 +52,7 @@ pub fn term(term: &dyn Term, displacement: &[f64], load: f64) -> Result<Report, 
         return Err(Invalid::new("state to check a term at", value, "give finite values").into());
     }
     let (clusters, dim) = (term.clusters(), term.dim());
-    if !(1..=3).contains(&dim) {
-        return Err(Invalid::new("dimension of a term", dim as f64, "return 1, 2 or 3 from Term::dim").into());
-    }
+    ensure!((1..=3).contains(&dim), Invalid::new("dimension of a term", dim as f64, "return 1, 2 or 3 from Term::dim"));
     let nodes = displacement.len() / dim;
     for cluster in 0..clusters {
         if let Some(node) = term.nodes(cluster).iter().map(|&node| node as usize).find(|&node| node >= nodes) {

@@ -30,13 +30,10 @@ impl Interference {
 
 /// Refuses coefficients of friction and stages of interference that are none.
 pub(crate) fn validate(friction: f64, interference: Option<&Interference>, contact: &str) -> Result<(), Invalid> {
-    if !(friction >= 0.0 && friction.is_finite()) {
-        return Err(Invalid::new(
-            format!("{contact}: coefficient of friction"),
-            friction,
-            "give a finite number from 0 on",
-        ));
-    }
+    ensure!(
+        friction >= 0.0 && friction.is_finite(),
+        Invalid::new(format!("{contact}: coefficient of friction"), friction, "give a finite number from 0 on",)
+    );
     match interference.map(|interference| interference.until) {
         Some(until) if !(until > 0.0 && until <= 1.0) => {
             let needed = "give a load factor above 0, at most 1";

@@ -163,20 +163,14 @@ impl Obstacle {
             other => other.into(),
         })?;
         interference::validate(self.friction, self.interference.as_ref(), &contact)?;
-        if self.driven_twice {
-            return Err(ContactError::DrivenTwice { contact }.into());
-        }
-        if self.turn_to_come.is_some() {
-            return Err(ContactError::Unturned { contact }.into());
-        }
+        ensure!(!self.driven_twice, ContactError::DrivenTwice { contact });
+        ensure!(self.turn_to_come.is_none(), ContactError::Unturned { contact });
         if let Some(turning) = &self.turning {
             turning.validate(&contact)?;
         }
         let Some(Drive { along, force, amplitude }) = &self.drive else { return Ok(()) };
         amplitude.validate(|| contact.clone())?;
-        if *force == Some(0.0) {
-            return Err(ContactError::Unheld { contact }.into());
-        }
+        ensure!(*force != Some(0.0), ContactError::Unheld { contact });
         let (what, own) = match force {
             Some(force) => ("force", std::slice::from_ref(force)),
             None => ("motion", along.as_slice()),

@@ -119,14 +119,14 @@ impl Surface<3> for Cone {
 
     fn validate(&self) -> Result<(), GeometryError> {
         direction("axis of a rigid cone", &self.along)?;
-        if !(self.half_angle > 0.0 && self.half_angle < std::f64::consts::FRAC_PI_2) {
-            return Err(Invalid::new(
+        ensure!(
+            self.half_angle > 0.0 && self.half_angle < std::f64::consts::FRAC_PI_2,
+            Invalid::new(
                 "half angle of a rigid cone",
                 self.half_angle,
                 "give an angle between 0 and π/2; a plane is RigidSurface::plane",
             )
-            .into());
-        }
+        );
         finite(&self.tip)
     }
 }

@@ -146,11 +146,14 @@ impl Surface<3> for Triangulated {
 
     fn validate(&self) -> Result<(), GeometryError> {
         let at = self.points.first().map_or_else(Vec::new, |x| x.as_slice().to_vec());
-        if self.triangles.is_empty() {
-            let (what, remedy) =
-                ("a rigid surface has no triangles, or corners that do not exist", "give some of each");
-            return Err(GeometryError::Shape { what, at, remedy });
-        }
+        ensure!(
+            !self.triangles.is_empty(),
+            GeometryError::Shape {
+                what: "a rigid surface has no triangles, or corners that do not exist",
+                at,
+                remedy: "give some of each"
+            }
+        );
         match self.normals.iter().position(|normal| !normal.norm().is_finite()) {
             None if self.is_closed() && self.volume().abs() <= ROUNDING * self.bounds.extent().amax().powi(3) => {
                 let (what, remedy) =

@@ -63,10 +63,14 @@ impl Turning {
     /// Refuses axes and amounts that are none.
     pub(crate) fn validate(&self, contact: &str) -> Result<(), crate::error::Error> {
         self.amplitude.validate(|| contact.to_string())?;
-        if !(self.axis > 0.0 && self.axis.is_finite()) {
-            let what = format!("{contact}: length of the axis about which the rigid surface turns");
-            return Err(Invalid::new(what, self.axis, "give a finite vector of some length").into());
-        }
+        ensure!(
+            self.axis > 0.0 && self.axis.is_finite(),
+            Invalid::new(
+                format!("{contact}: length of the axis about which the rigid surface turns"),
+                self.axis,
+                "give a finite vector of some length"
+            )
+        );
         let ends = [0.0, 0.5, 1.0].map(|load| self.amplitude.evaluate(load).0);
         let all = ends.into_iter().chain([self.amount]).chain(self.about.iter().chain(self.spin.iter()).copied());
         match all.into_iter().find(|value| !value.is_finite()) {

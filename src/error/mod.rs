@@ -2,6 +2,15 @@
 //!
 //! Each message states where the problem is, what it is, and what to do about it.
 
+/// Returns an error, lifted to that of the function, unless a condition holds.
+macro_rules! ensure {
+    ($holds:expr, $error:expr) => {
+        if !$holds {
+            return Err($error.into());
+        }
+    };
+}
+
 mod approximation;
 mod boundary;
 mod contact;

@@ -190,14 +190,14 @@ impl<'a> Rows<'a> {
                 row -= 1;
                 continue;
             }
-            if record.iter().skip(self.width).any(|field| !field.is_empty()) {
-                let what = format!(
+            ensure!(
+                !record.iter().skip(self.width).any(|field| !field.is_empty()),
+                wrong(format!(
                     "{} fields, the header has {}; where numbers have decimal commas, separate columns by semicolons",
                     record.len(),
                     self.width
-                );
-                return Err(wrong(what));
-            }
+                ))
+            );
             let numbers = [self.number(stretch, &mut decimal), self.number(stress, &mut decimal)];
             let [stretch, stress] = numbers.map(|number| number.map_err(wrong));
             take(row, mode, [stretch?, stress?])?;
@@ -209,11 +209,12 @@ impl<'a> Rows<'a> {
     fn number(&self, text: &str, decimal: &mut Option<char>) -> Result<f64, String> {
         let comma = self.separator != b',' && text.contains(',');
         for mark in [comma.then_some(','), text.contains('.').then_some('.')].into_iter().flatten() {
-            if *decimal.get_or_insert(mark) != mark {
-                return Err(format!(
+            ensure!(
+                *decimal.get_or_insert(mark) == mark,
+                format!(
                     "{text:?} in a table with points and commas in its numbers; write them with decimal points alone"
-                ));
-            }
+                )
+            );
         }
         let spelt = if comma { text.replace(',', ".") } else { text.to_string() };
         spelt.parse().map_err(|_| format!("{text:?} is no number"))

@@ -56,13 +56,9 @@ impl TestData {
     /// # Errors
     /// [`FitError::Weight`] unless it is finite and above zero, [`FitError::Unweighted`] where there is no test of the mode yet.
     pub fn weighted(mut self, mode: Mode, weight: f64) -> Result<Self, FitError> {
-        if !(weight > 0.0 && weight.is_finite()) {
-            return Err(FitError::Weight { mode: mode.name(), value: weight });
-        }
+        ensure!(weight > 0.0 && weight.is_finite(), FitError::Weight { mode: mode.name(), value: weight });
         let mut tests = self.tests.iter_mut().filter(|test| test.mode == mode).peekable();
-        if tests.peek().is_none() {
-            return Err(FitError::Unweighted { mode: mode.name() });
-        }
+        ensure!(tests.peek().is_some(), FitError::Unweighted { mode: mode.name() });
         tests.for_each(|test| test.weight = weight);
         Ok(self)
     }
@@ -117,12 +113,8 @@ impl TestData {
 
     fn push(&mut self, mode: Mode, [stretch, stress]: [f64; 2]) -> Result<(), FitError> {
         let point = 1 + self.test(mode).map_or(0, |test| test.points.len());
-        if !(stretch > 0.0 && stretch.is_finite()) {
-            return Err(FitError::Stretch { mode: mode.name(), point, value: stretch });
-        }
-        if !stress.is_finite() {
-            return Err(FitError::Stress { mode: mode.name(), point, value: stress });
-        }
+        ensure!(stretch > 0.0 && stretch.is_finite(), FitError::Stretch { mode: mode.name(), point, value: stretch });
+        ensure!(stress.is_finite(), FitError::Stress { mode: mode.name(), point, value: stress });
         if stress * (stretch - 1.0) < 0.0 || (stretch == 1.0) != (stress == 0.0) {
             return Err(FitError::Sign { mode: mode.name(), point, stretch, stress });
         }

@@ -205,10 +205,14 @@ impl Family for Law {
 
     fn build(&self, values: &[f64]) -> Result<Arc<dyn Material>, MaterialError> {
         let expected = self.coefficients().len();
-        if values.len() != expected {
-            let needed = "give one value for each coefficient of the law";
-            return Err(Invalid::new(format!("constants of {}", self.name()), values.len() as f64, needed).into());
-        }
+        ensure!(
+            values.len() == expected,
+            Invalid::new(
+                format!("constants of {}", self.name()),
+                values.len() as f64,
+                "give one value for each coefficient of the law"
+            )
+        );
         let v = values;
         Ok(match self {
             Law::NeoHookean => Arc::new(Invariants(RivlinPolynomial::neo_hookean(v[0])?)),

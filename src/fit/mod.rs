@@ -222,9 +222,7 @@ impl Fit {
             }
             let unit = if c.is_stress { modulus } else { 1.0 };
             let (low, high) = ((low / unit).max(c.bounds[0]), (high / unit).min(c.bounds[1]));
-            if !(low < high) {
-                return Err(unusable(format!("bounds of {name} leave nothing; give a lower one below the upper")));
-            }
+            ensure!(low < high, unusable(format!("bounds of {name} leave nothing; give a lower one below the upper")));
             // Starts inside of the new bounds.
             let inside = |x: f64| x.clamp(low, high);
             c.bounds = [low, high];

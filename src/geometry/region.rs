@@ -99,10 +99,14 @@ impl Region {
             return hollow(&self);
         }
         // Each chord is compared with all others.
-        if !(tolerance >= FINEST * self.extent() && tolerance.is_finite()) {
-            let needed = "give a finite length, at least a millionth of the shape's smaller extent";
-            return Err(Invalid::new("tolerance of arcs", tolerance, needed).into());
-        }
+        ensure!(
+            tolerance >= FINEST * self.extent() && tolerance.is_finite(),
+            Invalid::new(
+                "tolerance of arcs",
+                tolerance,
+                "give a finite length, at least a millionth of the shape's smaller extent"
+            )
+        );
         self.tolerance = tolerance;
         self.chords.clear();
         self.circles.clear();
@@ -137,10 +141,14 @@ impl Region {
             let outer = &self.chords[ends[0].0..ends[0].1];
             let at = self.chords[first].0;
             let nested = ends[1..].iter().any(|&(f, e)| f != first && winds(&self.chords[f..e], &at));
-            if !winds(outer, &at) || nested {
-                let (what, remedy) = ("a hole is not inside the outline", "draw holes inside, apart from each other");
-                return Err(GeometryError::Shape { what, at: at.as_slice().to_vec(), remedy });
-            }
+            ensure!(
+                winds(outer, &at) && !nested,
+                GeometryError::Shape {
+                    what: "a hole is not inside the outline",
+                    at: at.as_slice().to_vec(),
+                    remedy: "draw holes inside, apart from each other"
+                }
+            );
             debug_assert!(end > first);
         }
         Ok(self)
@@ -160,13 +168,14 @@ impl Region {
                     } else {
                         cross_or_touch(a, b)
                     };
-                    if crossing {
-                        let (what, remedy) = (
-                            "outlines cross or touch here",
-                            "draw each loop without crossings, holes apart from other loops",
-                        );
-                        return Err(GeometryError::Shape { what, at: b.0.as_slice().to_vec(), remedy });
-                    }
+                    ensure!(
+                        !crossing,
+                        GeometryError::Shape {
+                            what: "outlines cross or touch here",
+                            at: b.0.as_slice().to_vec(),
+                            remedy: "draw each loop without crossings, holes apart from other loops"
+                        }
+                    );
                 }
             }
         }

@@ -126,9 +126,10 @@ pub(crate) fn multiplications(pattern: &Pattern, order: &[usize]) -> Result<f64,
 /// columns, and on single columns $LBL^T$ silently becomes $LDL^T$ without pivoting.
 fn symbolic(pattern: &Pattern, columns: &[u32], order: &[usize]) -> Result<SymbolicCholesky<u32>, LinearError> {
     let n = pattern.size();
-    if order.len() != n {
-        return Err(LinearError::Library { what: format!("an order of {} unknowns for a matrix of {n}", order.len()) });
-    }
+    ensure!(
+        order.len() == n,
+        LinearError::Library { what: format!("an order of {} unknowns for a matrix of {n}", order.len()) }
+    );
     let params = CholeskySymbolicParams {
         supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
         ..Default::default()

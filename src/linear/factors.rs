@@ -56,9 +56,7 @@ impl<'a> Matrix<'a> {
         }
         let residual = norm(rhs);
         // The negation also refuses NaN.
-        if !(residual <= RESIDUAL * size) {
-            return Err(LinearError::Residual { residual: residual / size });
-        }
+        ensure!(residual <= RESIDUAL * size, LinearError::Residual { residual: residual / size });
         Ok(())
     }
 }

@@ -84,13 +84,14 @@ impl LinearSolver for Krylov {
             MatrixClass::Saddle { constraints } => constraints,
         };
         let unknowns = pattern.size() - rows;
-        if unknowns != self.auxiliary.model.unknowns() {
-            return Err(LinearError::Length {
+        ensure!(
+            unknowns == self.auxiliary.model.unknowns(),
+            LinearError::Length {
                 what: "reduced unknowns beside multipliers",
                 given: unknowns,
                 needed: self.auxiliary.model.unknowns(),
-            });
-        }
+            }
+        );
         // Conditions: entries in rows of multipliers.
         let mut entries: Vec<Vec<(u32, usize)>> = vec![Vec::new(); rows];
         for column in 0..unknowns {

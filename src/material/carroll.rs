@@ -28,9 +28,10 @@ impl Carroll {
     /// [`Invalid`] for constants that are not finite and an initial shear modulus not above zero.
     pub fn new(a: f64, b: f64, c: f64) -> Result<Self, MaterialError> {
         for (name, value) in [("A", a), ("B", b), ("C", c)] {
-            if !value.is_finite() {
-                return Err(Invalid::new(format!("material constant {name}"), value, "give a finite number").into());
-            }
+            ensure!(
+                value.is_finite(),
+                Invalid::new(format!("material constant {name}"), value, "give a finite number")
+            );
         }
         positive("initial shear modulus 2 (A + 108 B + C/√12)", 2.0 * (a + 108.0 * b + c / 12f64.sqrt()))?;
         Ok(Self { constants: [a, b, c] })

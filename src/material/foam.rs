@@ -53,15 +53,15 @@ impl OgdenFoam {
             let reject = |name: &str, value, needed| {
                 MaterialError::from(Invalid::new(format!("material constant {name}_{}", p + 1), value, needed))
             };
-            if !term.shear.is_finite() {
-                return Err(reject("mu", term.shear, "give a finite number"));
-            }
-            if !term.exponent.is_finite() || term.exponent == 0.0 {
-                return Err(reject("alpha", term.exponent, "give a finite exponent other than zero"));
-            }
-            if !(term.poisson > -1.0 && term.poisson < 0.5) {
-                return Err(reject("nu", term.poisson, "give a Poisson's ratio above -1 and below 1/2"));
-            }
+            ensure!(term.shear.is_finite(), reject("mu", term.shear, "give a finite number"));
+            ensure!(
+                term.exponent.is_finite() && term.exponent != 0.0,
+                reject("alpha", term.exponent, "give a finite exponent other than zero")
+            );
+            ensure!(
+                term.poisson > -1.0 && term.poisson < 0.5,
+                reject("nu", term.poisson, "give a Poisson's ratio above -1 and below 1/2")
+            );
         }
         positive("initial shear modulus (sum of mu_p)", foam.terms.summed(|t| t.shear))?;
         let bulk = foam.terms.summed(|t| 2.0 * t.shear * (1.0 / 3.0 + t.beta()));
@@ -79,10 +79,10 @@ impl OgdenFoam {
     /// As [`new`](Self::new), and for a fraction outside $[0, 1]$.
     pub fn blatz_ko(shear: f64, poisson: f64, fraction: f64) -> Result<Self, MaterialError> {
         positive("mu", shear)?;
-        if !(0.0..=1.0).contains(&fraction) {
-            let needed = "give a fraction from 0 (foam) to 1";
-            return Err(Invalid::new("material constant f", fraction, needed).into());
-        }
+        ensure!(
+            (0.0..=1.0).contains(&fraction),
+            Invalid::new("material constant f", fraction, "give a fraction from 0 (foam) to 1")
+        );
         let term = |part: f64, exponent| FoamTerm { shear: shear * part, exponent, poisson };
         Self::new([term(fraction, 2.0), term(1.0 - fraction, -2.0)].into_iter().filter(|t| t.shear != 0.0))
     }

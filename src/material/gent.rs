@@ -69,9 +69,7 @@ impl GentGent {
     /// modulus is above zero.
     pub fn new(shear: f64, limit: f64, second: f64) -> Result<Self, MaterialError> {
         let gent = Gent::new(shear, limit)?;
-        if !second.is_finite() {
-            return Err(Invalid::new("material constant C_2", second, "give a finite number").into());
-        }
+        ensure!(second.is_finite(), Invalid::new("material constant C_2", second, "give a finite number"));
         positive("initial shear modulus mu + 2 C_2/3", shear + 2.0 / 3.0 * second)?;
         Ok(Self { gent, second })
     }

@@ -38,13 +38,9 @@ impl<M: Material> Mullins<M> {
         let reject = |name: &str, value, needed| {
             MaterialError::from(Invalid::new(format!("material constant {name}"), value, needed))
         };
-        if !(r > 1.0 && r.is_finite()) {
-            return Err(reject("r", r, "give a finite number above 1"));
-        }
+        ensure!(r > 1.0 && r.is_finite(), reject("r", r, "give a finite number above 1"));
         for (name, value) in [("m", m), ("beta", beta)] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(reject(name, value, "give a finite number not below zero"));
-            }
+            ensure!(value >= 0.0 && value.is_finite(), reject(name, value, "give a finite number not below zero"));
         }
         positive("m + beta", m + beta)?;
         let law = Self { material, r, m, beta };

@@ -118,16 +118,16 @@ impl ExtendedTube {
     /// initial shear modulus is above zero.
     pub fn new(crosslinks: f64, entanglements: f64, beta: f64, delta: f64) -> Result<Self, MaterialError> {
         for (name, value) in [("G_c", crosslinks), ("G_e", entanglements)] {
-            if !(value >= 0.0 && value.is_finite()) {
-                let needed = "give a finite number not below zero";
-                return Err(Invalid::new(format!("material constant {name}"), value, needed).into());
-            }
+            ensure!(
+                value >= 0.0 && value.is_finite(),
+                Invalid::new(format!("material constant {name}"), value, "give a finite number not below zero")
+            );
         }
         positive("beta", beta)?;
-        if !(0.0..1.0).contains(&delta) {
-            let needed = "give a number from 0 to below 1";
-            return Err(Invalid::new("material constant delta", delta, needed).into());
-        }
+        ensure!(
+            (0.0..1.0).contains(&delta),
+            Invalid::new("material constant delta", delta, "give a number from 0 to below 1")
+        );
         let shear = crosslinks * (1.0 - 2.0 * delta * delta) + entanglements;
         positive("initial shear modulus G_c (1 - 2 delta²) + G_e", shear)?;
         Ok(Self { crosslinks, entanglements, beta, delta })

@@ -48,10 +48,10 @@ impl<M: Material> Prestretched<M> {
     /// [`Invalid`] unless $F_0$ is finite with a determinant above zero.
     pub fn new(material: M, before: Matrix3<f64>) -> Result<Self, MaterialError> {
         let volume = before.determinant();
-        if !(volume > 0.0 && before.iter().all(|f| f.is_finite())) {
-            let needed = "give a finite deformation gradient with a determinant above zero";
-            return Err(Invalid::new("det F_0", volume, needed).into());
-        }
+        ensure!(
+            volume > 0.0 && before.iter().all(|f| f.is_finite()),
+            Invalid::new("det F_0", volume, "give a finite deformation gradient with a determinant above zero")
+        );
         let material = Arc::new(material);
         Ok(Self { volumetric: Volume { material: material.clone(), volume }, material, before })
     }

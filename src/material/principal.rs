@@ -137,12 +137,11 @@ impl Ogden {
             let reject = |name: &str, value, needed| {
                 MaterialError::from(Invalid::new(format!("material constant {name}_{}", p + 1), value, needed))
             };
-            if !mu.is_finite() {
-                return Err(reject("mu", mu, "give a finite number"));
-            }
-            if !alpha.is_finite() || alpha == 0.0 {
-                return Err(reject("alpha", alpha, "give a finite exponent other than zero"));
-            }
+            ensure!(mu.is_finite(), reject("mu", mu, "give a finite number"));
+            ensure!(
+                alpha.is_finite() && alpha != 0.0,
+                reject("alpha", alpha, "give a finite exponent other than zero")
+            );
         }
         let shear: f64 = terms.summed(|(mu, alpha)| 0.5 * mu * alpha);
         positive("initial shear modulus (sum of mu_p alpha_p / 2)", shear)?;

@@ -39,12 +39,8 @@ impl RivlinPolynomial {
             MaterialError::from(Invalid::new(format!("material constant A_{m}{n}"), value, needed))
         };
         for &(exponents, value) in &terms {
-            if !value.is_finite() {
-                return Err(reject(exponents, value, "give a finite number"));
-            }
-            if exponents == (0, 0) {
-                return Err(reject(exponents, value, "exponents need m + n >= 1 (2.9)"));
-            }
+            ensure!(value.is_finite(), reject(exponents, value, "give a finite number"));
+            ensure!(exponents != (0, 0), reject(exponents, value, "exponents need m + n >= 1 (2.9)"));
             if exponents.0.max(exponents.1) > Self::LARGEST_EXPONENT {
                 return Err(reject(exponents, value, "exponents up to 12 are accepted"));
             }
@@ -55,9 +51,7 @@ impl RivlinPolynomial {
         for &((m, n), value) in &terms {
             let sum = &mut coefficients[n as usize * width + m as usize];
             *sum += value;
-            if !sum.is_finite() {
-                return Err(reject((m, n), *sum, "terms given twice must have a finite sum"));
-            }
+            ensure!(sum.is_finite(), reject((m, n), *sum, "terms given twice must have a finite sum"));
         }
         if coefficients.iter().all(|&a| a == 0.0) {
             return Err(MaterialError::Empty);

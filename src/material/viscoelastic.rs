@@ -27,10 +27,10 @@ impl Prony {
     pub fn of_instantaneous(pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, MaterialError> {
         let branches = checked("g", pairs)?;
         let sum: f64 = branches.iter().map(|[g, _]| g).sum();
-        if sum >= 1.0 {
-            let needed = "parts that relax add up to less than 1";
-            return Err(Invalid::new("material constant sum of g_i", sum, needed).into());
-        }
+        ensure!(
+            !(sum >= 1.0),
+            Invalid::new("material constant sum of g_i", sum, "parts that relax add up to less than 1")
+        );
         Ok(Self { equilibrium: 1.0 - sum, branches })
     }
 
@@ -88,10 +88,14 @@ fn checked(name: &str, pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Ve
             super::rivlin::positive(&format!("{name}_{}", i + 1), *value)?;
         }
     }
-    if branches.is_empty() {
-        let needed = "give at least one pair of a part and a relaxation time tau";
-        return Err(Invalid::new("number of pairs of a Prony series", 0.0, needed).into());
-    }
+    ensure!(
+        !branches.is_empty(),
+        Invalid::new(
+            "number of pairs of a Prony series",
+            0.0,
+            "give at least one pair of a part and a relaxation time tau"
+        )
+    );
     Ok(branches)
 }
 

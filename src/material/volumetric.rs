@@ -108,9 +108,7 @@ macro_rules! checked {
             /// # Errors
             /// [`Invalid`] unless it is finite and above zero.
             pub fn new(bulk: f64) -> Result<Self, MaterialError> {
-                if !(bulk > 0.0 && bulk.is_finite()) {
-                    return Err(Invalid::new("material constant k", bulk, "a bulk modulus is a finite number above zero").into());
-                }
+                ensure!(bulk > 0.0 && bulk.is_finite(), Invalid::new("material constant k", bulk, "a bulk modulus is a finite number above zero"));
                 Ok(Self { bulk })
             }
         }

@@ -37,9 +37,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
         }
         bytes.end_of(&name)?;
     }
-    if !content.has_elements {
-        return Err(MeshError::Truncated { section: "Elements", at: bytes.at() });
-    }
+    ensure!(content.has_elements, MeshError::Truncated { section: "Elements", at: bytes.at() });
     content.finish()
 }
 

@@ -126,10 +126,13 @@ impl Journal {
         if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
             fs::create_dir_all(parent).map_err(refused)?;
         }
-        if path.try_exists().map_err(refused)? {
-            let why = "a journal of this name exists: resume it, or remove it first";
-            return Err(refused(std::io::Error::new(std::io::ErrorKind::AlreadyExists, why)));
-        }
+        ensure!(
+            !path.try_exists().map_err(refused)?,
+            refused(std::io::Error::new(
+                std::io::ErrorKind::AlreadyExists,
+                "a journal of this name exists: resume it, or remove it first"
+            ))
+        );
         // The first line is written under another name: whoever finds the file finds it complete.
         let mut name = path.file_name().unwrap_or_default().to_owned();
         name.push(".new");
@@ -294,9 +297,7 @@ fn parse(line: &[u8]) -> Result<Record, String> {
     let (check, rest) = rest.split_at_checked(DIGITS).ok_or_else(damaged)?;
     let rest = rest.strip_prefix(BETWEEN.as_bytes()).ok_or_else(damaged)?;
     let body = rest.strip_suffix(BEHIND.as_bytes()).ok_or_else(damaged)?;
-    if check != format!("{:016x}", checksum(body)).as_bytes() {
-        return Err("the checksum does not fit the record".into());
-    }
+    ensure!(check == format!("{:016x}", checksum(body)).as_bytes(), "the checksum does not fit the record");
     serde_json::from_slice(body).map_err(|e| e.to_string())
 }
 
@@ -334,12 +335,8 @@ fn follow(runs: &mut Vec<Recorded>, record: Record) -> Result<(), String> {
         (None, Record::Start { stage, state, .. }) => runs.push(Recorded { stage, path: EquilibriumPath::new(state) }),
         (None, _) => return Err("the first record is not the start of a run".into()),
         (Some(before), Record::Start { stage, state, .. }) => {
-            if before.stage.is_none() || stage.is_none() {
-                return Err("a second start".into());
-            }
-            if before.path.ending != Ending::Completed {
-                return Err("a stage behind one that was not completed".into());
-            }
+            ensure!(before.stage.is_some() && stage.is_some(), "a second start");
+            ensure!(before.path.ending == Ending::Completed, "a stage behind one that was not completed");
             runs.push(Recorded { stage, path: EquilibriumPath::new(state) });
         }
         (Some(Recorded { path, .. }), Record::Step(step)) => {
@@ -360,9 +357,7 @@ fn read(path: &FilePath) -> Result<(Vec<Recorded>, u64), OutputError> {
     let wrong = |line: usize, what: String| OutputError::Journal { path: path.display().to_string(), line, what };
     let file = File::open(path).map_err(refused)?;
     // A device or a pipe may never end.
-    if !file.metadata().map_err(refused)?.is_file() {
-        return Err(wrong(0, "not a file".into()));
-    }
+    ensure!(file.metadata().map_err(refused)?.is_file(), wrong(0, "not a file".into()));
     let mut reader = BufReader::new(file);
     let mut runs: Vec<Recorded> = Vec::new();
     let mut length = 0;

@@ -321,15 +321,16 @@ impl PvdCollection {
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
         );
         for PvdEntry { time, file } in &self.entries {
-            if !time.is_finite() {
-                return Err(OutputError::Io {
+            ensure!(
+                time.is_finite(),
+                OutputError::Io {
                     path: path.display().to_string(),
                     source: std::io::Error::new(
                         std::io::ErrorKind::InvalidInput,
                         format!("time {time} of {} is not finite", file.display()),
                     ),
-                });
-            }
+                }
+            );
             let beside = file.strip_prefix(directory).unwrap_or(file);
             // ParaView reads forward slashes on every system.
             let name = escaped(&beside.display().to_string().replace('\\', "/"));

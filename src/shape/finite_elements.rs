@@ -91,13 +91,10 @@ impl<const D: usize> FiniteElements<D> {
     /// # Errors
     /// For other orders, and where the cells along an axis are no multiple of the order.
     pub fn new(lattice: Lattice<D>, order: usize) -> Result<Self, GeometryError> {
-        if order != 1 && order != 2 {
-            return Err(GeometryError::Count {
-                what: "order of finite elements",
-                count: order,
-                needed: "1 or 2 are built",
-            });
-        }
+        ensure!(
+            order == 1 || order == 2,
+            GeometryError::Count { what: "order of finite elements", count: order, needed: "1 or 2 are built" }
+        );
         let cells = lattice.cell_counts();
         if let Some(&count) = cells.iter().find(|&&c| c % order != 0) {
             return Err(GeometryError::Count {
@@ -175,9 +172,7 @@ impl<const D: usize> FiniteElements<D> {
                 let local = point_of::<D>(|i| abscissae[index[i]]);
                 let (position, columns) = self.map(element, &local);
                 let measure = determinant(&columns);
-                if !(measure > 0.0 && measure.is_finite()) {
-                    return Err(GeometryError::InvertedCell { cell: element, measure });
-                }
+                ensure!(measure > 0.0 && measure.is_finite(), GeometryError::InvertedCell { cell: element, measure });
                 out.points.positions.push(position);
                 out.points.weights.push(measure * index.iter().map(|&i| weights[i]).product::<f64>());
                 out.elements.push(element);
@@ -343,12 +338,8 @@ impl<const D: usize> FiniteElements<D> {
         out: &mut ShapeFunctions<D>,
     ) -> Result<(), ApproximationError> {
         let elements = self.element_count();
-        if element >= elements {
-            return Err(ApproximationError::Element { element, elements });
-        }
-        if !local.iter().all(|x| x.is_finite()) {
-            return Err(ApproximationError::Point { at: local.as_slice().to_vec() });
-        }
+        ensure!(element < elements, ApproximationError::Element { element, elements });
+        ensure!(local.iter().all(|x| x.is_finite()), ApproximationError::Point { at: local.as_slice().to_vec() });
         self.write(element, local, out);
         Ok(())
     }
@@ -399,9 +390,7 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
         _: &mut Scratch,
         out: &mut ShapeFunctions<D>,
     ) -> Result<(), ApproximationError> {
-        if node >= self.nodes().len() {
-            return Err(super::no_node(node));
-        }
+        ensure!(node < self.nodes().len(), super::no_node(node));
         out.nodes.clear();
         out.nodes.push(node as u32);
         out.values.clear();
@@ -413,9 +402,7 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
     /// The element that holds the point is searched for; on an edge between elements the first one counts. Beyond all elements, but not by
     /// more than a tenth of one, the functions of the nearest go on: elements follow a curved boundary only to their order.
     fn evaluate(&self, at: &Point<D>, _: &mut Scratch, out: &mut ShapeFunctions<D>) -> Result<(), ApproximationError> {
-        if !at.iter().all(|x| x.is_finite()) {
-            return Err(ApproximationError::Point { at: at.as_slice().to_vec() });
-        }
+        ensure!(at.iter().all(|x| x.is_finite()), ApproximationError::Point { at: at.as_slice().to_vec() });
         let mut candidates = Vec::new();
         self.locator.any(
             self.elements.iter().product(),

@@ -144,10 +144,13 @@ impl Solid3 {
         turn_flat(&vertices, &mut facets, tolerance);
         orient::close(&vertices, &mut facets)?;
         turn_flat(&vertices, &mut facets, tolerance);
-        if facets.is_empty() {
-            let (what, remedy) = ("no facet encloses anything", "give a closed surface of facets with areas");
-            return Err(SolidError::Empty { what, remedy }.into());
-        }
+        ensure!(
+            !facets.is_empty(),
+            SolidError::Empty {
+                what: "no facet encloses anything",
+                remedy: "give a closed surface of facets with areas"
+            }
+        );
         let origins: Vec<u32> = facets.mapped(|facet| facet.origin);
         let solid = Self::measured(vertices, facets.mapped(|facet| facet.corners));
         if let Some((count, first)) = first_crossing(&solid.vertices, &solid.facets, &solid.tree) {
@@ -336,14 +339,14 @@ fn normal(vertices: &[Point<3>], facet: [u32; 3]) -> Point<3> {
 
 /// The largest coordinate of vertices in use; refuses what can't be computed with.
 pub(super) fn checked(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Result<f64, GeometryError> {
-    if facets.is_empty() {
-        let (what, remedy) = ("the surface has no facets", "give a closed surface");
-        return Err(SolidError::Empty { what, remedy }.into());
-    }
-    if facets.len() > MOST {
-        let (what, needed) = ("facets", "up to 2^30 are possible");
-        return Err(GeometryError::Count { what, count: facets.len(), needed });
-    }
+    ensure!(
+        !facets.is_empty(),
+        SolidError::Empty { what: "the surface has no facets", remedy: "give a closed surface" }
+    );
+    ensure!(
+        facets.len() <= MOST,
+        GeometryError::Count { what: "facets", count: facets.len(), needed: "up to 2^30 are possible" }
+    );
     let mut largest = 0.0f64;
     let (mut low, mut high) = (Point::<3>::repeat(f64::INFINITY), Point::<3>::repeat(f64::NEG_INFINITY));
     for (facet, corners) in facets.iter().enumerate() {
@@ -360,8 +363,9 @@ pub(super) fn checked(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Result<f64,
         }
     }
     let extent = (high - low).amax();
-    if !(extent >= SIZES[0]) {
-        return Err(Invalid::new("extent of the surface", extent, "all vertices are at one place: give a solid").into());
-    }
+    ensure!(
+        extent >= SIZES[0],
+        Invalid::new("extent of the surface", extent, "all vertices are at one place: give a solid")
+    );
     Ok(largest)
 }

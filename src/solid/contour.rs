@@ -40,10 +40,14 @@ impl Grid {
     fn new(program: &Program, bounds: &Block<3>, h: f64) -> Result<Self, GeometryError> {
         let low = point_of::<3>(|i| bounds.min[i] - BEFORE[i] * h);
         let wide: [f64; 3] = array_of(|i| ((bounds.max[i] - low[i]) / h).ceil() + 2.0);
-        if !(wide.iter().product::<f64>() <= MOST as f64) {
-            let (what, needed) = ("points of the grid of a surface", "give a wider spacing: up to 2^28 are possible");
-            return Err(GeometryError::Count { what, count: wide.iter().product::<f64>() as usize, needed });
-        }
+        ensure!(
+            wide.iter().product::<f64>() <= MOST as f64,
+            GeometryError::Count {
+                what: "points of the grid of a surface",
+                count: wide.iter().product::<f64>() as usize,
+                needed: "give a wider spacing: up to 2^28 are possible"
+            }
+        );
         let counts = wide.each(|count| count as usize);
         let mut grid = Grid { low, h, counts, inside: Vec::new() };
         let layers = map_with(
@@ -262,15 +266,15 @@ fn link(grid: &Grid, crossed: &mut [Crossed]) -> Vec<Sheet> {
 pub(super) fn contour(node: &Node, bounds: &Block<3>, h: f64) -> Result<Solid3, GeometryError> {
     let program = Program::new(node, (bounds.max - bounds.min).amax());
     let grid = Grid::new(&program, bounds, h)?;
-    if !grid.is_closed() {
-        let at = bounds.min.into();
-        return Err(SolidError::Coarse { at, spacing: h }.into());
-    }
+    ensure!(grid.is_closed(), SolidError::Coarse { at: bounds.min.into(), spacing: h });
     let mut crossed = grid.crossed(&program);
-    if crossed.is_empty() {
-        let (what, remedy) = ("nothing is inside of the shape", "check its sizes and signs, or give a finer spacing");
-        return Err(SolidError::Empty { what, remedy }.into());
-    }
+    ensure!(
+        !crossed.is_empty(),
+        SolidError::Empty {
+            what: "nothing is inside of the shape",
+            remedy: "check its sizes and signs, or give a finer spacing"
+        }
+    );
     let mut sheets = link(&grid, &mut crossed);
     let mut vertices = place(&program, &mut crossed, &mut sheets, h);
     let (mut facets, mut surfaces) = triangles(&program, &crossed, &vertices);

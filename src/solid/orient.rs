@@ -86,10 +86,10 @@ pub(super) fn close(vertices: &[Point<3>], facets: &mut Vec<Facet>) -> Result<()
     let halves = half_edges(facets.iter().map(|facet| facet.corners));
     let total: f64 = facets.summed(|facet| area(facet.corners.each(|v| vertices[v as usize])));
     let open = by_edge(&halves).filter(|group| group.len() == 1).count();
-    if open > facets.len() {
-        let at = vertices[facets[0].corners[0] as usize].into();
-        return Err(SolidError::Open { edges: open, area: total, at });
-    }
+    ensure!(
+        open <= facets.len(),
+        SolidError::Open { edges: open, area: total, at: vertices[facets[0].corners[0] as usize].into() }
+    );
     // Edges as a closing facet runs along them.
     let mut next: HashMap<u32, Vec<u32>> = HashMap::new();
     let mut starts = Vec::new();
@@ -121,10 +121,10 @@ pub(super) fn close(vertices: &[Point<3>], facets: &mut Vec<Facet>) -> Result<()
             added.extend(patch.into_iter().map(|corners| Facet { corners, origin: ADDED }));
         }
     }
-    if worst.0 > SMALL * total {
-        let at = vertices[worst.1 as usize].into();
-        return Err(SolidError::Open { edges: starts.len(), area: worst.0, at });
-    }
+    ensure!(
+        !(worst.0 > SMALL * total),
+        SolidError::Open { edges: starts.len(), area: worst.0, at: vertices[worst.1 as usize].into() }
+    );
     facets.extend(added);
     Ok(())
 }

@@ -186,10 +186,10 @@ impl Solid3 {
             return Err(GeometryError::Nameless { what: "a part of a solid" });
         }
         for (what, value) in [("Select::within", select.off.unwrap_or(0.0)), ("Select::angle", select.angle)] {
-            if !(value >= 0.0 && value.is_finite()) {
-                let what = format!("{what} of part {name}");
-                return Err(Invalid::new(what, value, "give a finite number from 0 on").into());
-            }
+            ensure!(
+                value >= 0.0 && value.is_finite(),
+                Invalid::new(format!("{what} of part {name}"), value, "give a finite number from 0 on")
+            );
         }
         let found = select.select(&self).map_err(|[by, nearest]| SolidError::NothingSelected {
             name: name.to_string(),

@@ -189,10 +189,14 @@ impl Shape {
         threshold: f64,
     ) -> Result<Self, GeometryError> {
         let total = counts.iter().try_fold(1usize, |product, &count| product.checked_mul(count));
-        if total != Some(values.len()) {
-            let (what, needed) = ("values of voxels", "give as many as the counts along the axes multiply to");
-            return Err(GeometryError::Count { what, count: values.len(), needed });
-        }
+        ensure!(
+            total == Some(values.len()),
+            GeometryError::Count {
+                what: "values of voxels",
+                count: values.len(),
+                needed: "give as many as the counts along the axes multiply to"
+            }
+        );
         if let Some(invalid) = needs(&sizes.each(|size| ("size of a voxel", size))) {
             return Err(invalid);
         }
@@ -201,19 +205,18 @@ impl Shape {
                 Invalid::new("value of a voxel", value, "give finite values; a voxel without one cuts a hole").into()
             );
         }
-        if !threshold.is_finite() {
-            return Err(Invalid::new(
-                "threshold of voxels",
-                threshold,
-                "give a finite value between those of the voxels",
-            )
-            .into());
-        }
+        ensure!(
+            threshold.is_finite(),
+            Invalid::new("threshold of voxels", threshold, "give a finite value between those of the voxels",)
+        );
         let above = values.iter().filter(|value| **value > threshold).count();
-        if above == 0 || above == values.len() {
-            let (what, remedy) = ("all voxels are on one side of the threshold", "choose one between their values");
-            return Err(SolidError::Empty { what, remedy }.into());
-        }
+        ensure!(
+            above != 0 && above != values.len(),
+            SolidError::Empty {
+                what: "all voxels are on one side of the threshold",
+                remedy: "choose one between their values"
+            }
+        );
         let end = array_of(|i| counts[i] as f64 * sizes[i]);
         let field = move |x: &Point<3>| threshold - interpolated(&counts, &sizes, &values, x);
         Ok(Self::field([0.0; 3], end, Arc::new(field), false))
@@ -303,19 +306,24 @@ impl Shape {
         if let Some(invalid) = &self.invalid {
             return Err(invalid.clone());
         }
-        if !(spacing > 0.0 && spacing.is_finite()) {
-            return Err(Invalid::new("spacing of a surface", spacing, "give a positive finite length").into());
-        }
+        ensure!(
+            spacing > 0.0 && spacing.is_finite(),
+            Invalid::new("spacing of a surface", spacing, "give a positive finite length")
+        );
         for axis in 0..3 {
             let extent = self.bounds.max[axis] - self.bounds.min[axis];
-            if extent < 0.0 {
-                let (what, remedy) = ("the shapes share nothing", "move them to where they meet");
-                return Err(SolidError::Empty { what, remedy }.into());
-            }
-            if !extent.is_finite() {
-                let needed = "give finite numbers, and intersect half spaces with something bounded";
-                return Err(Invalid::new("extent of a shape", extent, needed).into());
-            }
+            ensure!(
+                !(extent < 0.0),
+                SolidError::Empty { what: "the shapes share nothing", remedy: "move them to where they meet" }
+            );
+            ensure!(
+                extent.is_finite(),
+                Invalid::new(
+                    "extent of a shape",
+                    extent,
+                    "give finite numbers, and intersect half spaces with something bounded"
+                )
+            );
         }
         let mut last = None;
         let mut size = spacing;

@@ -108,9 +108,10 @@ fn ascii(bytes: &[u8]) -> Result<Listed, SolidError> {
     let mut listed = Listed::default();
     let mut words = Words { bytes, at: 0 };
     while let Some(word) = words.next() {
-        if !word.eq_ignore_ascii_case(b"solid") {
-            return Err(words.malformed(format!("\"solid\" was expected, {} found", shown(word))));
-        }
+        ensure!(
+            word.eq_ignore_ascii_case(b"solid"),
+            words.malformed(format!("\"solid\" was expected, {} found", shown(word)))
+        );
         let line = words.line();
         let name = String::from_utf8_lossy(&line[..line.len().min(200)]).into_owned();
         listed.sections.push((name, listed.vertices.len() / 3));
@@ -120,9 +121,10 @@ fn ascii(bytes: &[u8]) -> Result<Listed, SolidError> {
                 words.line();
                 break;
             }
-            if !word.eq_ignore_ascii_case(b"facet") {
-                return Err(words.malformed(format!("\"facet\" or \"endsolid\" was expected, {} found", shown(word))));
-            }
+            ensure!(
+                word.eq_ignore_ascii_case(b"facet"),
+                words.malformed(format!("\"facet\" or \"endsolid\" was expected, {} found", shown(word)))
+            );
             // The normal follows from the corners; some programs write what is no number.
             words.expect("normal", "a facet")?;
             for _ in 0..3 {

@@ -62,15 +62,17 @@ impl Analysis {
             ),
             ("Newton iterations", iterations as f64, iterations > 0, "give at least one iteration"),
         ] {
-            if !ok {
-                return Err(Invalid::new(what, value, needed).into());
-            }
+            ensure!(ok, Invalid::new(what, value, needed));
         }
         check_terms(model)?;
-        if self.stepping.control == StepControl::ArcLength && model.is_timed() {
-            let remedy = "load steps are time steps: take StepControl::Auto, or the elastic material alone";
-            return Err(Incompatible::new("StepControl::ArcLength", "a material that relaxes", remedy).into());
-        }
+        ensure!(
+            self.stepping.control != StepControl::ArcLength || !model.is_timed(),
+            Incompatible::new(
+                "StepControl::ArcLength",
+                "a material that relaxes",
+                "load steps are time steps: take StepControl::Auto, or the elastic material alone"
+            )
+        );
         Ok(())
     }
 
@@ -81,14 +83,10 @@ impl Analysis {
         for step in path.steps.iter().rev().take(2) {
             check_state(model, equations, &step.state)?;
             let increment = step.control_state.increment;
-            if !(increment > 0.0 && increment.is_finite()) {
-                return Err(Invalid::new(
-                    "increment at the last step of the path",
-                    increment,
-                    "resume a path as a run left it",
-                )
-                .into());
-            }
+            ensure!(
+                increment > 0.0 && increment.is_finite(),
+                Invalid::new("increment at the last step of the path", increment, "resume a path as a run left it",)
+            );
         }
         // The last state is one of those checked above: its numbers are finite.
         if let Some(why) = model.at_own(path.last()).fault() {
@@ -107,13 +105,13 @@ impl Analysis {
         let mut assembler = if apart { model.assembler_free() } else { model.assembler() };
         let enforced = self.enforcement.bind(assembler.pattern(), equations)?;
         let mut reduction = Reduction::new(enforced, assembler.pattern(), equations)?;
-        if reduction.unknowns() == 0 {
-            return Err(SolveError::Empty {
+        ensure!(
+            reduction.unknowns() != 0,
+            SolveError::Empty {
                 what: NO_FREE,
                 remedy: "every displacement is prescribed: take more particles between the parts that are held, or evaluate the field instead",
             }
-            .into());
-        }
+        );
         assembler.forget_rows();
         let solver = self.bound_solver(model, &mut reduction)?;
         Ok(Equilibrium::bound(model, equations, assembler, (reduction, solver), self.stepping.smallest))

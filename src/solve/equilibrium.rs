@@ -217,9 +217,7 @@ impl<'a> Equilibrium<'a> {
         }
         let here = self.model.at_own(&*state);
         let bound = here.advance_own(&step.displacement, &mut self.condensed);
-        if !(bound > 0.0) {
-            return Err(Cause::StepLimited { factor: bound });
-        }
+        ensure!(bound > 0.0, Cause::StepLimited { factor: bound });
         here.advance_load(step.load, &mut self.condensed);
         here.take_pressures(&self.system.zones, &step.kept, &mut self.condensed);
         let taken = bound * part;
@@ -229,9 +227,7 @@ impl<'a> Equilibrium<'a> {
         state.multipliers.iter_mut().zip(&step.multipliers).for_each(|(m, s)| add(m, s));
         state.load += taken * step.load;
         let increment = step.norm() / self.size(&state.displacement);
-        if !increment.is_finite() {
-            return Err(Cause::NotFinite);
-        }
+        ensure!(increment.is_finite(), Cause::NotFinite);
         let condensed = condensed_change(self.model, &self.condensed, &state.condensed);
         let load = step.load.abs() / state.load.abs().max(LEAST_LOAD);
         Ok(Applied { part: taken, admissible: taken == part, increment, condensed, load })
@@ -335,9 +331,7 @@ impl<'a> Equilibrium<'a> {
 
     /// Takes note of a state whose forces were summed.
     fn look_at(&mut self, state: &State) -> Result<(), Cause> {
-        if !self.system.scale.is_finite() {
-            return Err(self.model.at_own(state).fault().map_or(Cause::NotFinite, Cause::Term));
-        }
+        ensure!(self.system.scale.is_finite(), self.model.at_own(state).fault().map_or(Cause::NotFinite, Cause::Term));
         self.equations.violation(&state.displacement, state.load, &mut self.violation);
         self.multipliers.clone_from(&state.multipliers);
         self.load = state.load;

@@ -50,9 +50,7 @@ impl Increment {
         let along = dot(&gradient, &response.displacement);
         let missing = target - functional.value(&state.displacement) - dot(&gradient, &self.displacement);
         let change = missing / along;
-        if !change.is_finite() {
-            return Err(Cause::Control);
-        }
+        ensure!(change.is_finite(), Cause::Control);
         *self += &(response.clone() * change);
         Ok(())
     }

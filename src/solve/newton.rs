@@ -100,9 +100,7 @@ impl Equilibrium<'_> {
                 if !unstable {
                     return Ok(near.unwrap_or(number));
                 }
-                if pushed {
-                    return Err(Cause::NoStableState { modes }.into());
-                }
+                ensure!(!pushed, Cause::NoStableState { modes });
                 pushed = true;
                 self.push(state)?;
                 cycling.push_off();

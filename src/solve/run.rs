@@ -61,14 +61,14 @@ impl Analysis {
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
         self.validate(model, equations, &path)?;
-        if path.steps.is_empty() && path.start.load > 1.0 {
-            return Err(Invalid::new(
+        ensure!(
+            !(path.steps.is_empty() && path.start.load > 1.0),
+            Invalid::new(
                 "load factor of the first state",
                 path.start.load,
                 "start from at most 1, where the run ends; Analysis::run_controlled goes on beyond",
             )
-            .into());
-        }
+        );
         let mut run = Continuation::new(self, model, equations, path, observer)?;
         run.check_recorded()?;
         let mut control = match run.driver() {
@@ -121,19 +121,23 @@ impl Analysis {
         if let Some(given) = functional.unknowns().filter(|&n| n != model.unknowns()) {
             return Err(SolveError::Length { what: "controlled functional", given, needed: model.unknowns() }.into());
         }
-        if model.is_timed() {
-            let remedy = "the load factor is the time: take Analysis::run";
-            return Err(Incompatible::new("control by a functional", "a material that relaxes", remedy).into());
-        }
-        if self.solver.keeps_pressures() && model.is_unilateral() {
-            let remedy = "take SolverChoice::Direct, or control the load";
-            return Err(
-                Incompatible::new("control by a functional", "contact that is solved by iteration", remedy).into()
-            );
-        }
-        if targets.is_empty() {
-            return Err(Invalid::new("number of control targets", 0.0, "give at least one target").into());
-        }
+        ensure!(
+            !model.is_timed(),
+            Incompatible::new(
+                "control by a functional",
+                "a material that relaxes",
+                "the load factor is the time: take Analysis::run"
+            )
+        );
+        ensure!(
+            !self.solver.keeps_pressures() || !model.is_unilateral(),
+            Incompatible::new(
+                "control by a functional",
+                "contact that is solved by iteration",
+                "take SolverChoice::Direct, or control the load"
+            )
+        );
+        ensure!(!targets.is_empty(), Invalid::new("number of control targets", 0.0, "give at least one target"));
         if let Some(&value) = targets.iter().find(|t| !t.is_finite()) {
             return Err(Invalid::new("control target", value, "give finite values").into());
         }

@@ -148,9 +148,7 @@ impl Equilibrium<'_> {
             self.system.over_ranks(&mut correction);
             correction.iter_mut().zip(rhs).for_each(|(p, b)| *p = b - *p);
             let residual = norm(&correction);
-            if !residual.is_finite() {
-                return Err(LinearError::Residual { residual });
-            }
+            ensure!(residual.is_finite(), LinearError::Residual { residual });
             // One sweep removes the rounding of the factors; the skew part needs as many as it takes, each of which leaves no
             // more than half.
             if residual <= (if symmetric { REFINED } else { SWEPT }) * size || (symmetric && sweep > 0) {
@@ -227,9 +225,7 @@ impl Equilibrium<'_> {
             solver.solve(&reduced, &mut reduced_mode, None)?;
             self.reduction.recover(&reduced_mode, &zeros, &mut mode, &mut unused);
             let size = norm(&mode);
-            if !(size > 0.0 && size.is_finite()) {
-                return Err(LinearError::Residual { residual: size }.into());
-            }
+            ensure!(size > 0.0 && size.is_finite(), LinearError::Residual { residual: size });
             mode.iter_mut().for_each(|u| *u /= size);
         }
         Ok(mode)

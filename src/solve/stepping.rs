@@ -109,29 +109,31 @@ impl Stepping {
     }
 
     pub(super) fn validate(&self) -> Result<(), SolveError> {
-        if !(self.time_tolerance > 0.0) {
-            let needed = "a part of the stress above 0, for instance 1e-4; infinite takes steps as they come";
-            return Err(Invalid::new("tolerance of steps of time", self.time_tolerance, needed).into());
-        }
+        ensure!(
+            self.time_tolerance > 0.0,
+            Invalid::new(
+                "tolerance of steps of time",
+                self.time_tolerance,
+                "a part of the stress above 0, for instance 1e-4; infinite takes steps as they come"
+            )
+        );
         for (what, value, ok) in [
             ("first load increment", self.first, self.first >= f64::EPSILON && self.first <= 1.0),
             ("smallest load increment", self.smallest, self.smallest > 0.0 && self.smallest <= self.first),
             ("largest load increment", self.largest, self.largest >= self.first && self.largest.is_finite()),
             ("growth of the load increment", self.growth, self.growth >= 1.0 && self.growth <= 1e3),
         ] {
-            if !ok {
-                return Err(Invalid::new(
+            ensure!(
+                ok,
+                Invalid::new(
                     what,
                     value,
                     "increments are above 0 with smallest <= first <= largest and first <= 1, the first one not below 2.2e-16, which \
                      a load factor does not feel; growth is from 1 to 1000",
                 )
-                .into());
-            }
+            );
         }
-        if self.steps == 0 {
-            return Err(Invalid::new("number of steps", 0.0, "give at least 1").into());
-        }
+        ensure!(self.steps != 0, Invalid::new("number of steps", 0.0, "give at least 1"));
         Ok(())
     }
 }

@@ -17,14 +17,17 @@ pub(super) const BROKEN_OFF: &str = "the observer broke off";
 
 /// Refuses tolerances that can't be met or ask for nothing.
 pub(super) fn check<const D: usize>(tolerance: &Tolerance<D>) -> Result<(), Error> {
-    if !(tolerance.error > 0.0 && tolerance.error < 1.0) {
-        let needed = "give a relative error between 0 and 1";
-        return Err(Invalid::new("tolerance", tolerance.error, needed).into());
-    }
-    if tolerance.quantities.is_empty() {
-        let remedy = "name at least one quantity; Tolerance::energy is one";
-        return Err(SolveError::Empty { what: "quantities of a tolerance", remedy }.into());
-    }
+    ensure!(
+        tolerance.error > 0.0 && tolerance.error < 1.0,
+        Invalid::new("tolerance", tolerance.error, "give a relative error between 0 and 1")
+    );
+    ensure!(
+        !tolerance.quantities.is_empty(),
+        SolveError::Empty {
+            what: "quantities of a tolerance",
+            remedy: "name at least one quantity; Tolerance::energy is one"
+        }
+    );
     if let Some(wrong) = tolerance.quantities.iter().find(|q| !(q.size >= 0.0 && q.size.is_finite())) {
         let needed = "give a finite number of at least 0";
         return Err(Invalid::new("size of a quantity", wrong.size, needed).into());

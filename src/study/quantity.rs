@@ -92,9 +92,10 @@ impl<const D: usize> Quantity<D> {
             let force = problem.reaction(state, place.clone())?;
             let value = component_of(&force, component, || format!("reaction of {place}"))?;
             // A zero that no row could change is a mistaken question, and any model would seem to answer it exactly.
-            if !problem.acts_in(&place, component) {
-                return Err(problem.unknown_condition(format!("{place} with a force in component {component}")).into());
-            }
+            ensure!(
+                problem.acts_in(&place, component),
+                problem.unknown_condition(format!("{place} with a force in component {component}"))
+            );
             Ok(value)
         };
         Quantity { kind, ..Quantity::new(name, measure) }
@@ -124,10 +125,14 @@ impl<const D: usize> Quantity<D> {
         let kind = Kind::Moment { place: place.clone(), about, component };
         let measure = move |problem: &Problem<D>, state: &State| {
             let moment = problem.moment(state, place.clone(), about)?;
-            if !problem.turns().contains(&component) {
-                let needed = "2 in the plane; 0, 1 or 2 in 3D; axisymmetric and radial bodies have no moments";
-                return Err(Invalid::new("component of a moment", component as f64, needed).into());
-            }
+            ensure!(
+                problem.turns().contains(&component),
+                Invalid::new(
+                    "component of a moment",
+                    component as f64,
+                    "2 in the plane; 0, 1 or 2 in 3D; axisymmetric and radial bodies have no moments"
+                )
+            );
             Ok(moment[component])
         };
         Quantity { kind, ..Quantity::new(name, measure) }

@@ -98,10 +98,13 @@ impl<const D: usize> WorkPrecision<D> {
     /// # Errors
     /// Where there is nothing to run or to ask, or no run can serve as reference.
     pub fn run(&self) -> Result<Study, Error> {
-        if self.quantities.is_empty() || self.series.iter().all(|(_, schemes)| schemes.is_empty()) {
-            let what = "schemes or quantities of a study";
-            return Err(SolveError::Empty { what, remedy: "add at least one quantity and one series" }.into());
-        }
+        ensure!(
+            !self.quantities.is_empty() && !self.series.iter().all(|(_, schemes)| schemes.is_empty()),
+            SolveError::Empty {
+                what: "schemes or quantities of a study",
+                remedy: "add at least one quantity and one series"
+            }
+        );
         let mut timed: Vec<Timing<'_>> = Vec::new();
         for (name, schemes) in &self.series {
             timed.extend(schemes.iter().map(|scheme| self.first(name, scheme)));

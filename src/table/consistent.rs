@@ -59,9 +59,7 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
     let facets = Facets::<D, Q>::integrate(approximation, smoothing, &measured)?;
     let (mut starts, mut positions) = (vec![0], Vec::new());
     for (points, centre) in smoothing.interior.iter().zip(&smoothing.centres) {
-        if points.len() <= D {
-            return Err(too_few(centre));
-        }
+        ensure!(points.len() > D, too_few(centre));
         positions.extend(points.iter().map(|own| own.0));
         starts.push(positions.len());
     }
@@ -119,9 +117,10 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
                         }
                     });
                 }
-                if !(moments[(0, 0)] > 0.0 && moments[(0, 0)].is_finite()) {
-                    return Err(GeometryError::InvertedCell { cell, measure: moments[(0, 0)] }.into());
-                }
+                ensure!(
+                    moments[(0, 0)] > 0.0 && moments[(0, 0)].is_finite(),
+                    GeometryError::InvertedCell { cell, measure: moments[(0, 0)] }
+                );
                 *inverse = inverted(moments, terms).ok_or_else(|| too_few(centre))?;
             }
             let (at, weight) = &smoothing.interior[cell][point - starts[cell]];

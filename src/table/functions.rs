@@ -12,10 +12,14 @@ pub(super) fn check_functions<const D: usize>(
     at: &Point<D>,
 ) -> Result<(), ApproximationError> {
     check_values(psi, nodes, at)?;
-    if psi.gradients.len() != psi.nodes.len() {
-        let (given, particles) = (psi.gradients.len(), psi.nodes.len());
-        return Err(ApproximationError::Length { what: "gradients at a point", given, particles });
-    }
+    ensure!(
+        psi.gradients.len() == psi.nodes.len(),
+        ApproximationError::Length {
+            what: "gradients at a point",
+            given: psi.gradients.len(),
+            particles: psi.nodes.len()
+        }
+    );
     let mut finite = true;
     for gradient in &psi.gradients {
         for i in 0..D {
@@ -36,9 +40,10 @@ pub(crate) fn check_values<const D: usize>(
     at: &Point<D>,
 ) -> Result<(), ApproximationError> {
     let particles = psi.nodes.len();
-    if psi.values.len() != particles {
-        return Err(ApproximationError::Length { what: "values at a point", given: psi.values.len(), particles });
-    }
+    ensure!(
+        psi.values.len() == particles,
+        ApproximationError::Length { what: "values at a point", given: psi.values.len(), particles }
+    );
     let last = psi.nodes.last().map_or(0, |&n| n as usize);
     if psi.nodes.windows(2).any(|w| w[0] >= w[1]) || (particles > 0 && last >= nodes) {
         return Err(ApproximationError::Particle {

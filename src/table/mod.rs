@@ -109,10 +109,14 @@ impl<const D: usize> ShapeTable<D> {
             })?;
         let total: f64 = rows.weights.iter().sum();
         // Points on the axis have the measure zero.
-        if total < 0.0 || total == 0.0 && hoops.is_empty() && !rows.weights.is_empty() {
-            let needed = "weights times the measure of the kinematics add up to more than nothing: give positive ones";
-            return Err(Invalid::new("sum of the weights of a table", total, needed).into());
-        }
+        ensure!(
+            !(total < 0.0 || total == 0.0 && hoops.is_empty() && !rows.weights.is_empty()),
+            Invalid::new(
+                "sum of the weights of a table",
+                total,
+                "weights times the measure of the kinematics add up to more than nothing: give positive ones"
+            )
+        );
         let (positions, normals) = (points.positions.clone(), points.normals.clone());
         Ok(ShapeTable::of_rows(node_count, rows, clusters, hoops, positions, normals))
     }
@@ -128,10 +132,10 @@ impl<const D: usize> ShapeTable<D> {
     ) -> Result<Self, Error> {
         for (what, given) in [("elements of points", points.elements.len()), ("local coordinates", points.local.len())]
         {
-            if given != points.points.positions.len() {
-                let needed = "give one for each point";
-                return Err(GeometryError::Count { what, count: given, needed }.into());
-            }
+            ensure!(
+                given == points.points.positions.len(),
+                GeometryError::Count { what, count: given, needed: "give one for each point" }
+            );
         }
         if let Some(&element) = points.elements.iter().find(|&&e| e >= elements.element_count()) {
             let needed = "name elements that exist, counted from 0";

@@ -71,9 +71,7 @@ impl<const D: usize> ShapeTable<D> {
     /// Where $\det F \le 0$, and where `d` is too short for the nodes.
     pub fn pushed_forward(&self, d: &[f64]) -> Result<Self, Error> {
         let (given, needed) = (d.len(), self.node_count * D);
-        if given < needed {
-            return Err(SolveError::Length { what: "displacement to push a table forward by", given, needed }.into());
-        }
+        ensure!(given >= needed, SolveError::Length { what: "displacement to push a table forward by", given, needed });
         let mut current = self.clone();
         current.separate();
         for point in 0..self.len() {

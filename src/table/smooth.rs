@@ -47,9 +47,7 @@ fn shared<const D: usize>(
                 }
                 volume += sign * part;
             }
-            if !(volume > 0.0 && volume.is_finite()) {
-                return Err(GeometryError::InvertedCell { cell, measure: volume }.into());
-            }
+            ensure!(volume > 0.0 && volume.is_finite(), GeometryError::InvertedCell { cell, measure: volume });
             rows.weights.push(volume);
             if let Some(likeness) = surroundings.of(approximation, smoothing, cell, nodes) {
                 rows.nodes.extend_from_slice(nodes);
@@ -118,9 +116,7 @@ fn each<const D: usize>(
                     });
                 }
             }
-            if !(volume > 0.0 && volume.is_finite()) {
-                return Err(GeometryError::InvertedCell { cell, measure: volume }.into());
-            }
+            ensure!(volume > 0.0 && volume.is_finite(), GeometryError::InvertedCell { cell, measure: volume });
             let inverse = 1.0 / volume;
             rows.nodes.extend_from_slice(&list.nodes);
             for slot in 0..slots {

@@ -213,12 +213,13 @@ impl<const D: usize> Term for Pointwise<D> {
                 remedy: "points inside a body have none: tabulate it over the points of a boundary (Cells::boundary)",
             });
         }
-        if self.integrand.sparsity().force && !self.table.is_empty() && !self.table.has_values() {
-            return Err(SolveError::Empty {
+        ensure!(
+            !self.integrand.sparsity().force || self.table.is_empty() || self.table.has_values(),
+            SolveError::Empty {
                 what: "values in the table of a load",
                 remedy: "smoothed tables hold gradients alone: tabulate the load's own points with ShapeTable::new",
-            });
-        }
+            }
+        );
         Ok(())
     }
 

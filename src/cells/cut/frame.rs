@@ -69,10 +69,14 @@ impl Frame {
             along.sort_by(f64::total_cmp);
             let (low, high) = (along[0], along[along.len() - 1]);
             let bricks = ((high - low).ceil() + 6.0) / STEP as f64;
-            if !(bricks.powi(3) < MOST) {
-                let needed = "give a wider spacing: the lattice would have more bricks than fit into memory";
-                return Err(GeometryError::Count { what: "bricks along a part", count: bricks as usize, needed });
-            }
+            ensure!(
+                bricks.powi(3) < MOST,
+                GeometryError::Count {
+                    what: "bricks along a part",
+                    count: bricks as usize,
+                    needed: "give a wider spacing: the lattice would have more bricks than fit into memory"
+                }
+            );
             // Distances to planes, of the corners that are nearest to one.
             let clearance = |before: f64| {
                 let off = |x: &f64| {
@@ -91,14 +95,19 @@ impl Frame {
         }
         // Of bricks of the finest spacing there is a number for each, in the solid or not.
         let all: f64 = counts.iter().map(|&count| count as f64).product();
-        if finest > 1 && !(all < MOST) {
-            let needed = "give a wider spacing or halve it less often: the finest bricks would not fit into memory";
-            return Err(GeometryError::Count { what: "bricks of the finest spacing", count: all as usize, needed });
-        }
+        ensure!(
+            finest <= 1 || all < MOST,
+            GeometryError::Count {
+                what: "bricks of the finest spacing",
+                count: all as usize,
+                needed: "give a wider spacing or halve it less often: the finest bricks would not fit into memory"
+            }
+        );
         frame.origin = frame.turned(&shift) * size;
-        if !frame.origin.iter().all(|x| x.is_finite()) {
-            return Err(Invalid::new("particle spacing", spacing, "give one that is smaller than the part").into());
-        }
+        ensure!(
+            frame.origin.iter().all(|x| x.is_finite()),
+            Invalid::new("particle spacing", spacing, "give one that is smaller than the part")
+        );
         Ok((frame, Grid::even(counts)))
     }
 }

@@ -182,10 +182,14 @@ impl Wanted<'_> {
             });
             let wanted = (self.grading)(&frame.place(&at));
             let least = 1.0 / f64::from(1 << DEEPEST);
-            if !(wanted >= least * (1.0 - SLACK) && wanted.is_finite()) {
-                let needed = "give 1/16 at least, or a smaller spacing: it is halved four times at most";
-                return Err(Invalid::new("grading of the spacing in a solid", wanted, needed).into());
-            }
+            ensure!(
+                wanted >= least * (1.0 - SLACK) && wanted.is_finite(),
+                Invalid::new(
+                    "grading of the spacing in a solid",
+                    wanted,
+                    "give 1/16 at least, or a smaller spacing: it is halved four times at most"
+                )
+            );
             wide |= is_wide(wanted);
         }
         Ok(wide && own.0 < DEEPEST)

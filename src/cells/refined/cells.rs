@@ -108,10 +108,10 @@ impl Cells<2> for Refined {
         check_point_count(self.cell_count().saturating_mul(2), parts.saturating_mul(parts).saturating_mul(gauss))?;
         let gauss = on_facets(gauss, !self.bulges.is_empty());
         let (abscissae, weights) = gauss_legendre(gauss)?;
-        if parts == 0 {
-            let needed = "at least 1 is needed";
-            return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
-        }
+        ensure!(
+            parts != 0,
+            GeometryError::Count { what: "sub-cells per direction", count: 0, needed: "at least 1 is needed" }
+        );
         let rules = Rules { straight: gauss_legendre(2)?, curved: gauss_legendre(3)? };
         let mut facets = Facets::default();
         let mut out = Smoothing {
@@ -147,10 +147,10 @@ impl Cells<2> for Refined {
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
         let gauss = on_facets(gauss, !self.bulges.is_empty());
         let (abscissae, weights) = gauss_legendre(gauss)?;
-        if parts == 0 {
-            let needed = "at least 1 is needed";
-            return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
-        }
+        ensure!(
+            parts != 0,
+            GeometryError::Count { what: "sub-cells per direction", count: 0, needed: "at least 1 is needed" }
+        );
         let mut cells = BoundaryCells { points: Points::empty(), traces: Vec::new() };
         for face in self.base.faces(part)? {
             for ends in self.face_chords(face) {

@@ -70,10 +70,13 @@ impl Faces {
                     faces.facets.push(faces.facets[number as usize] + face.len() as u32);
                 } else {
                     let beside = &mut faces.beside[number as usize];
-                    if beside[1] != NONE {
-                        let what = format!("cells {}, {} and {cell} share a face", beside[0], beside[1]);
-                        return Err(MeshError::Array { what, remedy: "remove the one that lies upon the others" });
-                    }
+                    ensure!(
+                        beside[1] == NONE,
+                        MeshError::Array {
+                            what: format!("cells {}, {} and {cell} share a face", beside[0], beside[1]),
+                            remedy: "remove the one that lies upon the others"
+                        }
+                    );
                     beside[1] = cell as u32;
                 }
                 faces.of_cells.push(number);

@@ -121,12 +121,10 @@ impl Iteration {
         if rows.is_empty() {
             stiffness = self.stiffness;
         }
-        if !(stiffness > 0.0 && stiffness.is_finite()) {
-            return Err(LinearError::Pivot {
-                pivot: 0,
-                hint: "the matrix has entries that are not finite, or none at all",
-            });
-        }
+        ensure!(
+            stiffness > 0.0 && stiffness.is_finite(),
+            LinearError::Pivot { pivot: 0, hint: "the matrix has entries that are not finite, or none at all" }
+        );
         rows.iter_mut().flatten().for_each(|(_, c)| *c /= stiffness);
         Ok((rows, stiffness))
     }

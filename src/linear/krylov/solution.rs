@@ -113,9 +113,7 @@ impl Solved<'_> {
         }
         // What is not quite solved is left to Newton's next iteration.
         let allowed = if rounding { LEFT_OF_ROUNDING } else { most };
-        if !(done.residual <= allowed) {
-            return Err(LinearError::Residual { residual: done.residual });
-        }
+        ensure!(done.residual <= allowed, LinearError::Residual { residual: done.residual });
         Ok(done.residual)
     }
 

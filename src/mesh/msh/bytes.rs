@@ -61,9 +61,7 @@ impl<'a> Bytes<'a> {
         let start = self.at;
         let rest = &self.bytes[start..];
         let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
-        if length == 0 {
-            return Err(self.truncated());
-        }
+        ensure!(length != 0, self.truncated());
         self.at += length;
         Ok(&rest[..length])
     }

@@ -59,18 +59,14 @@ impl Numbers {
             let mut places = vec![NOWHERE; (last - first) as usize + 1];
             for (place, &tag) in tags.iter().enumerate() {
                 let slot = &mut places[(tag - first) as usize];
-                if *slot != NOWHERE {
-                    return Err(MeshError::DuplicateNode { node: tag });
-                }
+                ensure!(*slot == NOWHERE, MeshError::DuplicateNode { node: tag });
                 *slot = place as u32;
             }
             return Ok(Numbers::Dense { first, places });
         }
         let mut places = HashMap::with_capacity(tags.len());
         for (place, &tag) in tags.iter().enumerate() {
-            if places.insert(tag, place as u32).is_some() {
-                return Err(MeshError::DuplicateNode { node: tag });
-            }
+            ensure!(places.insert(tag, place as u32).is_none(), MeshError::DuplicateNode { node: tag });
         }
         Ok(Numbers::Sparse(places))
     }

@@ -58,9 +58,7 @@ pub(super) fn elements(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(
             follow = bytes.int()?.max(0) as usize;
             tags = bytes.int()?;
             number = 0;
-            if follow == 0 {
-                return Err(bytes.malformed("Elements", "a block holds no element".to_string()));
-            }
+            ensure!(follow != 0, bytes.malformed("Elements", "a block holds no element".to_string()));
         }
         let Some((shape, node_count)) = kind(kind_number) else {
             return Err(MeshError::Kind { element: number.max(0) as u64, kind: kind_number });

@@ -104,9 +104,10 @@ fn svg(chart: &Chart) -> Result<String, OutputError> {
     }
     let drawn = resolve(chart, &ranges);
     let visible = |d: &Drawn<'_>| (d.width > 0 && !d.runs.is_empty()) || !d.points.is_empty();
-    if !drawn[..chart.series.len()].iter().any(visible) {
-        return Err(chart.error("no point to draw: all lie outside the range given"));
-    }
+    ensure!(
+        drawn[..chart.series.len()].iter().any(visible),
+        chart.error("no point to draw: all lie outside the range given")
+    );
     let beside = if chart.beside { names(chart, &ranges, &drawn, room(width, height, title)) } else { Vec::new() };
     let named = |k: usize| beside.get(k).is_some_and(Option::is_some);
     let entries: Vec<&Drawn<'_>> =

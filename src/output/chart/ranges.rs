@@ -39,24 +39,20 @@ pub(super) fn ranges(chart: &Chart) -> Result<Ranges, OutputError> {
     for reference in &chart.references {
         let axis = usize::from(reference.direction == Direction::Horizontal);
         let t = scales[axis].forward(reference.value);
-        if !t.is_finite() {
-            return Err(chart.error(format!(
-                "reference {:?} at {:e} cannot be shown on its axis",
-                reference.name, reference.value
-            )));
-        }
+        ensure!(
+            t.is_finite(),
+            chart.error(format!("reference {:?} at {:e} cannot be shown on its axis", reference.name, reference.value))
+        );
         found[axis].include(t);
     }
     for band in &chart.bands {
         let upper = scales[1].forward(band.upper);
         // A band may reach down to nothing on a logarithmic axis, but not up.
         let order = band.lower <= band.upper && band.lower.is_finite();
-        if !order || !upper.is_finite() {
-            return Err(chart.error(format!(
+        ensure!(order && upper.is_finite(), chart.error(format!(
                 "band {:?} from {:e} to {:e} cannot be shown: give finite ends, the lower first, the upper positive on a logarithmic axis",
                 band.name, band.lower, band.upper
             )));
-        }
         found[1].include(upper);
         let lower = scales[1].forward(band.lower);
         if lower.is_finite() {

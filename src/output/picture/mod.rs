@@ -168,9 +168,7 @@ impl Picture {
         let scale = (extents.iter())
             .flat_map(|ends| [0, 1].each(|i| room[i] / (ends[i][1] - ends[i][0])))
             .fold(f64::INFINITY, f64::min);
-        if !(scale > 0.0 && scale.is_finite()) {
-            return Err(self.nothing("a body without extent, or no room for it"));
-        }
+        ensure!(scale > 0.0 && scale.is_finite(), self.nothing("a body without extent, or no room for it"));
         let range = self.range.unwrap_or_else(|| value_range(&panels));
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
@@ -211,9 +209,7 @@ impl Picture {
         let (seen, room) = (self.seen(), self.size.each(f64::from));
         let ends = self.extent(&seen);
         let scale = (room[0] / (ends[0][1] - ends[0][0])).min(room[1] / (ends[1][1] - ends[1][0]));
-        if !(scale > 0.0 && scale.is_finite()) {
-            return Err(self.nothing("a body without extent, or no room for it"));
-        }
+        ensure!(scale > 0.0 && scale.is_finite(), self.nothing("a body without extent, or no room for it"));
         let range = self.range.unwrap_or_else(|| value_range(&[self]));
         self.drawn(&seen, &ends, room, scale, range).encoded().map_err(|what| self.nothing(&what))
     }

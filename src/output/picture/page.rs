@@ -54,9 +54,10 @@ impl Page {
         let (mut least, mut most) = first.range.unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
         for (label, picture) in &self.frames {
             picture.check()?;
-            if picture.faces != first.faces || picture.points.len() != first.points.len() {
-                return Err(refused(format!("frame \"{label}\" has other faces than the first frame")));
-            }
+            ensure!(
+                picture.faces == first.faces && picture.points.len() == first.points.len(),
+                refused(format!("frame \"{label}\" has other faces than the first frame"))
+            );
             if first.range.is_none() {
                 let values = picture.values.iter().filter(|v| v.is_finite());
                 (least, most) = values.fold((least, most), |(a, b), v| (a.min(*v), b.max(*v)));

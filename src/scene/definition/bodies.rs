@@ -85,16 +85,13 @@ impl<const D: usize> Scene<D> {
 
     /// Refuses bodies without a name of their own, and names that no body has.
     pub(crate) fn validate_bodies(&self) -> Result<(), Error> {
-        if self.bodies.is_empty() {
-            return Err(
-                GeometryError::Count { what: "bodies of a scene", count: 0, needed: "add one by Scene::body" }.into()
-            );
-        }
+        ensure!(
+            !self.bodies.is_empty(),
+            GeometryError::Count { what: "bodies of a scene", count: 0, needed: "add one by Scene::body" }
+        );
         let mut own: Vec<&str> = Vec::with_capacity(self.bodies.len());
         for body in &self.bodies {
-            if own.contains(&body.name.as_str()) {
-                return Err(BoundaryError::NamedTwice { name: body.name.clone() }.into());
-            }
+            ensure!(!own.contains(&body.name.as_str()), BoundaryError::NamedTwice { name: body.name.clone() });
             own.push(&body.name);
             if let Source::Domain(domain) = &body.source {
                 domain.validate()?;

@@ -79,10 +79,10 @@ fn validate_pair(
     name: &str,
 ) -> Result<(), Error> {
     validate(friction, interference, &format!("contact {name}"))?;
-    if interference.is_some() && with_itself {
-        let needed = "two parts of the boundary";
-        return Err(GeometryError::Unsuited { what: "interference of a part with itself", needed }.into());
-    }
+    ensure!(
+        interference.is_none() || !with_itself,
+        GeometryError::Unsuited { what: "interference of a part with itself", needed: "two parts of the boundary" }
+    );
     Ok(())
 }
 

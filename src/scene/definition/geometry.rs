@@ -44,9 +44,10 @@ impl<const D: usize> From<Arc<dyn Cells<D>>> for Geometry<D> {
 fn some_per_axis<const D: usize>(counts: &[usize]) -> Result<[usize; D], Error> {
     let what = "particle counts";
     let counts = per_axis(counts, what)?;
-    if counts.contains(&0) {
-        return Err(GeometryError::Count { what, count: 0, needed: "at least 1 is needed along each axis" }.into());
-    }
+    ensure!(
+        !counts.contains(&0),
+        GeometryError::Count { what, count: 0, needed: "at least 1 is needed along each axis" }
+    );
     Ok(counts)
 }
 

@@ -23,9 +23,10 @@ pub(crate) fn counts<const D: usize>(domain: &dyn Domain<D>, scheme: &Scheme) ->
     match &scheme.resolution_or_default() {
         Resolution::Counts(counts) => per_axis(counts, "particle counts"),
         Resolution::Spacing(spacing) => {
-            if !(*spacing > 0.0 && spacing.is_finite()) {
-                return Err(Invalid::new("particle spacing", *spacing, "give a finite length above zero").into());
-            }
+            ensure!(
+                *spacing > 0.0 && spacing.is_finite(),
+                Invalid::new("particle spacing", *spacing, "give a finite length above zero")
+            );
             let (lengths, mut counts) = (edge_lengths(domain), [0; D]);
             let is_refined = D > 1 && scheme.approximation == ApproximationChoice::Particles && !scheme.thin_walls;
             for axis in 0..D {

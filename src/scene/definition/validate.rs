@@ -45,9 +45,7 @@ impl<const D: usize> Scene<D> {
             let what = condition.name.clone().unwrap_or_else(|| condition.place.to_string());
             let what = format!("condition on {what}");
             amplitude(&condition.amplitude, &what)?;
-            if condition.prescribed.is_empty() {
-                return Err(BoundaryError::Incomplete { what }.into());
-            }
+            ensure!(!condition.prescribed.is_empty(), BoundaryError::Incomplete { what });
             for (direction, value) in &condition.prescribed {
                 let component = if let Direction::Component(component) = *direction { component } else { 0 };
                 let value = if let Value::Constant(value) = *value { value } else { 0.0 };
@@ -91,9 +89,7 @@ fn prescribed(dim: usize, what: String, component: usize, value: f64) -> Result<
     if component >= dim {
         return Err(BoundaryError::Component { what, component, dimension: dim });
     }
-    if !value.is_finite() {
-        return Err(BoundaryError::Value { what, value, load: 1.0 });
-    }
+    ensure!(value.is_finite(), BoundaryError::Value { what, value, load: 1.0 });
     Ok(())
 }
 
@@ -101,10 +97,13 @@ impl LoadData<'_> {
     fn validate(&self, dim: usize) -> Result<(), Error> {
         self.amplitude.validate(|| self.label.clone())?;
         self.followed(dim)?;
-        if self.kind == Kind::Pressure && !self.on_part {
-            let needed = "a part of the boundary, whose normal it has: put it there";
-            return Err(GeometryError::Unsuited { what: "a pressure on a point or on the whole body", needed }.into());
-        }
+        ensure!(
+            self.kind != Kind::Pressure || self.on_part,
+            GeometryError::Unsuited {
+                what: "a pressure on a point or on the whole body",
+                needed: "a part of the boundary, whose normal it has: put it there"
+            }
+        );
         is_finite(self.amplitude, &self.label)?;
         if let Some(value) = not_finite(&self.constant) {
             return Err(BoundaryError::Value { what: self.label.clone(), value, load: 1.0 }.into());
@@ -227,27 +226,36 @@ fn sizes(bodies: &[(&str, &dyn Material)], loads: &[LoadData<'_>]) -> Result<(),
         material.validate()?;
         let (shear, bulk) = (material.initial_moduli().shear, material.initial_moduli().bulk);
         stiffest = stiffest.max(shear).max(bulk);
-        if !(shear > 0.0) {
-            let what = format!("initial shear modulus of the material of body {name}");
-            let needed = "give constants whose sum resists shear: a modulus above zero";
-            return Err(Invalid::new(what, shear, needed).into());
-        }
-        if bulk / shear > STIFFEST {
-            let needed = "at most 1e12, where changes of volume begin to be lost in rounding; 1e5 is incompressible to all purposes";
-            let what = format!("bulk over shear modulus of body {name}");
-            return Err(Invalid::new(what, bulk / shear, needed).into());
-        }
+        ensure!(
+            shear > 0.0,
+            Invalid::new(
+                format!("initial shear modulus of the material of body {name}"),
+                shear,
+                "give constants whose sum resists shear: a modulus above zero"
+            )
+        );
+        ensure!(
+            !(bulk / shear > STIFFEST),
+            Invalid::new(
+                format!("bulk over shear modulus of body {name}"),
+                bulk / shear,
+                "at most 1e12, where changes of volume begin to be lost in rounding; 1e5 is incompressible to all purposes"
+            )
+        );
     }
     for load in loads.iter().filter(|load| load.on_part && matches!(load.kind, Kind::Dead | Kind::Pressure)) {
         let size = match &load.constant[..] {
             [one] => one.abs(),
             all => all.summed(|t| t * t).sqrt(),
         };
-        if size > LARGEST_LOAD * stiffest {
-            let needed = "nothing elastic carries more than a thousand times its stiffest modulus: check the units";
-            let what = format!("{} over the stiffest modulus", load.label);
-            return Err(Invalid::new(what, size / stiffest, needed).into());
-        }
+        ensure!(
+            !(size > LARGEST_LOAD * stiffest),
+            Invalid::new(
+                format!("{} over the stiffest modulus", load.label),
+                size / stiffest,
+                "nothing elastic carries more than a thousand times its stiffest modulus: check the units"
+            )
+        );
     }
     Ok(())
 }
@@ -255,10 +263,14 @@ fn sizes(bodies: &[(&str, &dyn Material)], loads: &[LoadData<'_>]) -> Result<(),
 /// Refuses conditions and loads on some of a rigid body, which moves as a whole.
 fn parts_of_rigid_bodies<const D: usize>(scene: &Scene<D>) -> Result<(), Incompatible> {
     for place in scene.acting() {
-        if place.within.is_some() && scene.rigid_at(place).is_some() {
-            let remedy = "leave Place::within out: a rigid body moves as a whole";
-            return Err(Incompatible::new(format!("{place}"), "a rigid body", remedy));
-        }
+        ensure!(
+            place.within.is_none() || scene.rigid_at(place).is_none(),
+            Incompatible::new(
+                format!("{place}"),
+                "a rigid body",
+                "leave Place::within out: a rigid body moves as a whole"
+            )
+        );
     }
     Ok(())
 }
@@ -302,9 +314,7 @@ fn amplitude(amplitude: &Amplitude, label: &str) -> Result<(), BoundaryError> {
 fn is_finite(amplitude: &Amplitude, label: &str) -> Result<(), BoundaryError> {
     for load in LOOKED_AT {
         let value = amplitude.evaluate(load).0;
-        if !value.is_finite() {
-            return Err(BoundaryError::Value { what: format!("amplitude of {label}"), value, load });
-        }
+        ensure!(value.is_finite(), BoundaryError::Value { what: format!("amplitude of {label}"), value, load });
     }
     Ok(())
 }
@@ -313,10 +323,14 @@ fn is_finite(amplitude: &Amplitude, label: &str) -> Result<(), BoundaryError> {
 fn contacts<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
     for contact in &scene.contacts {
         contact.surface.validate(&contact.label())?;
-        if contact.surface.turning.is_some() && !scene.kinematics.hoop_components().is_empty() {
-            let remedy = "take a body in the plane or in 3D, or a surface that moves along the axis";
-            return Err(Incompatible::new("a rigid surface that turns", "an axisymmetric body", remedy).into());
-        }
+        ensure!(
+            contact.surface.turning.is_none() || scene.kinematics.hoop_components().is_empty(),
+            Incompatible::new(
+                "a rigid surface that turns",
+                "an axisymmetric body",
+                "take a body in the plane or in 3D, or a surface that moves along the axis"
+            )
+        );
     }
     for pair in &scene.contact_pairs {
         pair.validate()?;

@@ -31,10 +31,14 @@ pub(crate) fn covering<const D: usize>(
         Dilation::Neighbour { rank, factor } => Particles::by_neighbour(cells.positions().to_vec(), rank, factor)?,
     };
     let (given, needed) = (particles.positions().len(), cells.positions().len());
-    if given != needed {
-        let what = "particles that the cells make for their positions";
-        return Err(ApproximationError::Length { what, given, particles: needed }.into());
-    }
+    ensure!(
+        given == needed,
+        ApproximationError::Length {
+            what: "particles that the cells make for their positions",
+            given,
+            particles: needed
+        }
+    );
     // On lattices the default covers by construction, and a dilation that does not is the user's to know.
     match cells.lattice() {
         Some(lattice) if lattice.runs_along_axes() => Ok((cover::approximation(scheme, particles)?, 0)),

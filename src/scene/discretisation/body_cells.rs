@@ -58,10 +58,14 @@ fn cells_of<const D: usize>(
     };
     if let PressureScheme::Field { size, .. } = scheme.pressure {
         let most = cells.lattice().and_then(|lattice| lattice.cell_counts().into_iter().max());
-        if size > most.unwrap_or(cells.cell_count()) {
-            let needed = "at most as many as the body has along its longest axis: that is one zone";
-            return Err(GeometryError::Count { what: ZONE, count: size, needed }.into());
-        }
+        ensure!(
+            size <= most.unwrap_or(cells.cell_count()),
+            GeometryError::Count {
+                what: ZONE,
+                count: size,
+                needed: "at most as many as the body has along its longest axis: that is one zone"
+            }
+        );
     }
     Ok((scheme, cells))
 }

@@ -250,9 +250,10 @@ impl<const D: usize> Conditioned<'_, D> {
         particles.retain(|&particle| single.place.holds(&self.cells.positions()[particle]));
         stays_off_axis(self.scene, &single, self.cells, &particles)?;
         let pieces = self.pieces(&single, part, facets, None)?;
-        if single.place.within.is_some() && pieces.iter().all(|piece| piece.traces.is_empty()) {
-            return Err(empty(self.cells, part, &single.what.label)?.into());
-        }
+        ensure!(
+            single.place.within.is_none() || !pieces.iter().all(|piece| piece.traces.is_empty()),
+            empty(self.cells, part, &single.what.label)?
+        );
         let pieces = shared(pieces, last);
         let own = (&pieces[..], self.cells.rebuilds_traces());
         let numbers = claims.add((D, nodes), own, &single.what)?;

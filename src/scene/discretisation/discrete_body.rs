@@ -74,9 +74,7 @@ impl<const D: usize> DiscreteBody<D> {
     /// # Errors
     /// Where the point lies outside the body by more than a tenth of a cell, and for a state of another problem.
     pub fn displacement(&self, state: &State, at: &Point<D>) -> Result<Point<D>, Error> {
-        if !self.cells.contains(at) {
-            return Err(ApproximationError::Outside { at: at.as_slice().to_vec() }.into());
-        }
+        ensure!(self.cells.contains(at), ApproximationError::Outside { at: at.as_slice().to_vec() });
         self.reads(state)?;
         Ok(self.weighted(&self.approximation.shape_functions(at)?, state))
     }

@@ -19,13 +19,13 @@ pub(crate) fn elements<const D: usize>(
     refused: Refused<'_>,
 ) -> Result<BuiltBody<D>, Error> {
     let BodyInput { scene, scheme, cells, .. } = definition;
-    if scheme.constraint_kind == ConstraintKind::OverBoundary {
-        return Err(BoundaryError::Unsuitable {
+    ensure!(
+        scheme.constraint_kind != ConstraintKind::OverBoundary,
+        BoundaryError::Unsuitable {
             enforcement: "rows over boundaries",
             reason: "finite elements interpolate: prescribe values at nodes".into(),
         }
-        .into());
-    }
+    );
     let order = usize::from(scheme.order);
     let elements = FiniteElements::new(lattice_of(&**cells, "finite elements")?.clone(), order)?;
     let kinematics = &*scene.kinematics;

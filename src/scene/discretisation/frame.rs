@@ -50,10 +50,12 @@ impl RigidFrame {
                 moment += positions[k / dim] * c;
             }
         }
-        if !(total != 0.0) {
-            let what = format!("rigid body {name}, all of whose parts other conditions prescribe,");
-            return Err(BoundaryError::Incomplete { what }.into());
-        }
+        ensure!(
+            total != 0.0,
+            BoundaryError::Incomplete {
+                what: format!("rigid body {name}, all of whose parts other conditions prescribe,")
+            }
+        );
         let centre = moment / total;
         let mut size = f64::MIN_POSITIVE;
         for equation in equations {
@@ -170,10 +172,14 @@ impl RigidFrame {
         };
         for single in singles(condition, &condition.place) {
             if revolved && single.what.axis == Some(0) {
-                if single.value.at(&padded(&self.centre), 1.0) != 0.0 {
-                    let remedy = "prescribe no radial displacement but zero: a rigid ring keeps its radius";
-                    return Err(Incompatible::new(single.what.label, "an axisymmetric rigid body", remedy).into());
-                }
+                ensure!(
+                    single.value.at(&padded(&self.centre), 1.0) == 0.0,
+                    Incompatible::new(
+                        single.what.label,
+                        "an axisymmetric rigid body",
+                        "prescribe no radial displacement but zero: a rigid ring keeps its radius"
+                    )
+                );
                 continue;
             }
             equations.add_break_points(single.break_points());

@@ -117,13 +117,10 @@ pub(crate) fn clocked<const D: usize>(scene: &Scene<D>, body: Body<D>) -> Result
         Amplitude::Table(pairs) => pairs.mapped(|p| p.1),
         _ => times.collect(),
     };
-    if !times.iter().all(|t| t.is_finite()) || times.windows(2).any(|w| w[1] < w[0]) {
-        return Err(BoundaryError::Amplitude {
-            of: "the clock of the scene".into(),
-            what: "the time is not finite, or falls",
-        }
-        .into());
-    }
+    ensure!(
+        times.iter().all(|t| t.is_finite()) && !times.windows(2).any(|w| w[1] < w[0]),
+        BoundaryError::Amplitude { of: "the clock of the scene".into(), what: "the time is not finite, or falls" }
+    );
     Ok(body.with_clock(clock.clone()))
 }
 
@@ -156,10 +153,10 @@ pub(crate) fn load_tables<const D: usize>(
             Spot::Part(part) => (tables.boundary)(part, place),
             // A point load is a force already: it takes no measure.
             Spot::Point(at) => {
-                if !definition.cells.contains(at) {
-                    let what = load.label();
-                    return Err(BoundaryError::Outside { what, at: at.as_slice().to_vec() }.into());
-                }
+                ensure!(
+                    definition.cells.contains(at),
+                    BoundaryError::Outside { what: load.label(), at: at.as_slice().to_vec() }
+                );
                 Ok(ShapeTable::new(approximation, &definition.sharing.points(Points::single(*at)), &Unmeasured)?)
             }
             Spot::Body => (tables.body)(place),
@@ -167,9 +164,7 @@ pub(crate) fn load_tables<const D: usize>(
         let table = definition.sharing.agreed(table())?;
         let mut points = [table.weights().len() as f64];
         definition.sharing.total(&mut points);
-        if points[0] == 0.0 {
-            return Err(empty(definition, load.label(), place).into());
-        }
+        ensure!(points[0] != 0.0, empty(definition, load.label(), place));
         built.push((*number, definition.among_all(table)));
     }
     Ok(built)

@@ -166,9 +166,7 @@ impl<const D: usize> Problem<D> {
     /// Refuses states of other particles, and displacement vectors that are not as long as this problem has them.
     pub(crate) fn check_length(&self, state: &State) -> Result<(), SolveError> {
         let (given, needed) = (state.displacement.len(), self.model.unknowns());
-        if given != needed {
-            return Err(SolveError::OtherModel { what: "displacement", given, needed });
-        }
+        ensure!(given == needed, SolveError::OtherModel { what: "displacement", given, needed });
         if state.origin.differs(self.model.origin()) { Err(SolveError::OtherParticles) } else { Ok(()) }
     }
 

@@ -85,14 +85,10 @@ pub(crate) fn body_table<const D: usize>(
                 // Equal zones of the domain, whatever the particles.
                 (Some(zones), Source::Domain(domain)) => {
                     let counts: [usize; D] = per_axis(zones, "integration zones")?;
-                    if counts.contains(&0) {
-                        return Err(GeometryError::Count {
-                            what: "integration zones",
-                            count: 0,
-                            needed: "at least 1 is needed",
-                        }
-                        .into());
-                    }
+                    ensure!(
+                        !counts.contains(&0),
+                        GeometryError::Count { what: "integration zones", count: 0, needed: "at least 1 is needed" }
+                    );
                     let along = lattice_of(cells, "integration zones")?.cell_counts();
                     let default = (0..D).map(|i| along[i].div_ceil(counts[i]) + 3).max().unwrap_or(5);
                     let points = points.unwrap_or(default);

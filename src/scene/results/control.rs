@@ -16,10 +16,10 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where the point lies outside the body, or the component does not exist.
     pub fn deflection(&self, at: &Point<D>, component: usize) -> Result<Deflection, Error> {
-        if component >= D {
-            let what = format!("deflection at {:?}", at.as_slice());
-            return Err(BoundaryError::Component { what, component, dimension: D }.into());
-        }
+        ensure!(
+            component < D,
+            BoundaryError::Component { what: format!("deflection at {:?}", at.as_slice()), component, dimension: D }
+        );
         self.member_at(at)?;
         let psi = self.shape_functions(at)?;
         let mut weights = vec![0.0; self.model.unknowns()];

@@ -350,18 +350,14 @@ impl<const D: usize> Problem<D> {
     fn check_state(&self, state: &State) -> Result<(), SolveError> {
         self.check_length(state)?;
         let (given, needed) = (state.multipliers.len(), self.equations.len());
-        if given != needed {
-            return Err(SolveError::OtherModel { what: "multipliers", given, needed });
-        }
+        ensure!(given == needed, SolveError::OtherModel { what: "multipliers", given, needed });
         Ok(())
     }
 
     /// The same for a state of this problem.
     fn rows_at(&self, state: &State, requested: &Place<D>) -> Result<Vec<Reacting<'_>>, Error> {
         self.check_state(state)?;
-        if self.placed_at(requested).is_empty() {
-            return Err(self.unknown_condition(requested.to_string()).into());
-        }
+        ensure!(!self.placed_at(requested).is_empty(), self.unknown_condition(requested.to_string()));
         Ok(self.rows(requested))
     }
 

@@ -102,9 +102,7 @@ fn carried(body: &dyn BodyView, other: &dyn BodyView, state: &State) -> Result<V
     let (dim, mut positions) = (body.dim(), Vec::with_capacity(body.nodes().len()));
     for particle in 0..body.nodes().len() {
         let x = body.particle(particle);
-        if !other.holds(&x) {
-            return Err(ApproximationError::Outside { at: cut(&x, dim) }.into());
-        }
+        ensure!(other.holds(&x), ApproximationError::Outside { at: cut(&x, dim) });
         positions.push(x);
     }
     let mut wanted = Vec::with_capacity(dim * positions.len());

@@ -73,10 +73,14 @@ fn carry_displacement<const D: usize>(
     let particles = |problem: &Problem<D>| problem.discrete_bodies.iter().map(|body| body.nodes.len()).sum::<usize>();
     let count = particles(problem);
     let moved = |node: usize| before.model.coordinates(node) != problem.model.coordinates(node);
-    if particles(before) != count || (0..count).any(moved) {
-        let remedy = "a stage changes conditions, loads and contacts alone: give bodies and places of other particles from the start";
-        return Err(Incompatible::new("a stage with other particles", "the stage before", remedy).into());
-    }
+    ensure!(
+        particles(before) == count && !(0..count).any(moved),
+        Incompatible::new(
+            "a stage with other particles",
+            "the stage before",
+            "a stage changes conditions, loads and contacts alone: give bodies and places of other particles from the start"
+        )
+    );
     next.displacement[..D * count].copy_from_slice(&state.displacement[..D * count]);
     let mut take = |to: Range<usize>, from: Range<usize>| {
         next.displacement[to].copy_from_slice(&state.displacement[from]);

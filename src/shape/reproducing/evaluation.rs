@@ -20,9 +20,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         out: &mut ShapeFunctions<D>,
         gradients: bool,
     ) -> Result<(), ApproximationError> {
-        if !at.iter().all(|x| x.is_finite()) {
-            return Err(ApproximationError::Point { at: at.as_slice().to_vec() });
-        }
+        ensure!(at.iter().all(|x| x.is_finite()), ApproximationError::Point { at: at.as_slice().to_vec() });
         let terms = self.basis.len();
         self.collect(at, scratch, out);
         // A particle whose kernel underflows to zero inside its support adds nothing; met at its very edge.
@@ -57,9 +55,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
             rcond_limit: self.rcond_limit,
         });
         // The negation also refuses NaN.
-        if !(out.rcond >= self.rcond_limit) {
-            return Err(self.refusal(at, scratch, out, gradients));
-        }
+        ensure!(out.rcond >= self.rcond_limit, self.refusal(at, scratch, out, gradients));
         out.values.clear();
         out.values.extend_from_slice(&scratch.sums.values[..covering]);
         if gradients {
