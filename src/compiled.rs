@@ -24,7 +24,6 @@ pub(crate) fn same<T: 'static, U: 'static>(value: T) -> U {
 ///
 /// References to types that depend on the dimension stand first and get their types by name; other arguments follow
 /// behind the semicolon.
-#[cfg(feature = "solve")]
 macro_rules! compiled {
     ($d:ident: ($($of:ident: &$t:ty = $v:expr),+ $(; $($name:ident: $type:ty = $value:expr),+)?) -> $out:ty $body:block) => {{
         const { assert!($d >= 1 && $d <= 3, "bodies have one, two or three dimensions") };
@@ -64,5 +63,4 @@ macro_rules! by_dim {
 }
 
 pub(crate) use by_dim;
-#[cfg(feature = "solve")]
 pub(crate) use compiled;

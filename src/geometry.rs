@@ -2,22 +2,18 @@
 
 mod bounds;
 mod disjoint;
-#[cfg(feature = "solve")]
 mod morton;
 mod outline;
 mod region;
-#[cfg(feature = "solve")]
 mod rigid_mode;
 mod walls;
 
 pub(crate) use bounds::Bounds;
 pub(crate) use disjoint::Disjoint;
-#[cfg(feature = "solve")]
 pub(crate) use morton::Morton;
 pub(crate) use outline::Curve;
 pub use outline::{Outline, Turn};
 pub use region::Region;
-#[cfg(feature = "solve")]
 pub(crate) use rigid_mode::RigidMode;
 pub(crate) use walls::{OPPOSITE, Wall};
 
@@ -47,7 +43,6 @@ pub(crate) fn padded<const D: usize, const N: usize>(x: &Point<D>) -> Point<N> {
 }
 
 /// Several places, each padded with zeros or cut.
-#[cfg(feature = "solve")]
 pub(crate) fn all_padded<const D: usize, const N: usize>(points: &[Point<D>]) -> Vec<Point<N>> {
     let mut all = Vec::with_capacity(points.len());
     for point in points {
@@ -57,13 +52,11 @@ pub(crate) fn all_padded<const D: usize, const N: usize>(points: &[Point<D>]) ->
 }
 
 /// A vector with three components, the others zero.
-#[cfg(feature = "solve")]
 pub(crate) fn vector<const D: usize>(components: &[f64; D]) -> Point<3> {
     padded(&Point::from(*components))
 }
 
 /// The first components of a place: as many as there are dimensions.
-#[cfg(feature = "solve")]
 pub(crate) fn cut(at: &Point<3>, dim: usize) -> Vec<f64> {
     at.as_slice()[..dim].to_vec()
 }

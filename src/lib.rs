@@ -1,7 +1,7 @@
 #![deny(unsafe_code)]
 #![warn(missing_docs, unreachable_pub)]
 // Some of what lies beneath the solver serves nothing else.
-#![cfg_attr(not(feature = "solve"), allow(dead_code))]
+#![cfg_attr(not(feature = "solve"), allow(dead_code, unused_imports, unused_macros))]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 //! The Reproducing Kernel Particle Method for rubber: shape functions on particles, nearly incompressible
 //! hyperelasticity, and an implicit solver for large deformations.

@@ -341,7 +341,6 @@ impl<const D: usize> Mesh<D> {
     }
 
     /// Whether cells alone have a name, and not all of them.
-    #[cfg(feature = "solve")]
     pub(crate) fn is_volume(&self, name: &str) -> bool {
         let some = |group: &Group| group.members.len() < self.cell_count();
         self.group(D, name).is_some_and(some) && self.group(D - 1, name).is_none()

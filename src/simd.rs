@@ -15,7 +15,6 @@ pub(crate) trait Arithmetic: Copy {
     fn multiply_add(a: f64, b: f64, c: f64) -> f64;
 
     /// The same in single precision.
-    #[cfg(feature = "solve")]
     fn multiply_add_single(a: f32, b: f32, c: f32) -> f32;
 }
 
@@ -34,7 +33,6 @@ impl Arithmetic for Plain {
         a * b + c
     }
 
-    #[cfg(feature = "solve")]
     #[inline(always)]
     fn multiply_add_single(a: f32, b: f32, c: f32) -> f32 {
         a * b + c
@@ -48,7 +46,6 @@ impl Arithmetic for Fused {
         a.mul_add(b, c)
     }
 
-    #[cfg(feature = "solve")]
     #[inline(always)]
     fn multiply_add_single(a: f32, b: f32, c: f32) -> f32 {
         a.mul_add(b, c)

@@ -129,13 +129,11 @@ pub(crate) fn add_hessian_in(components: &[usize], tangent: &mut [f64], f: &Matr
 }
 
 /// A third of the trace.
-#[cfg(feature = "solve")]
 pub(crate) fn mean(stress: &Matrix3<f64>) -> f64 {
     stress.trace() / 3.0
 }
 
 /// Von Mises' equivalent of a stress.
-#[cfg(feature = "solve")]
 pub(crate) fn von_mises(stress: &Matrix3<f64>) -> f64 {
     (1.5f64).sqrt() * (stress - Matrix3::identity() * mean(stress)).norm()
 }

@@ -84,7 +84,6 @@ impl Assembler {
     }
 
     /// Gives back the rows of the pattern, which the sums don't need, once the conditions have been bound to them.
-    #[cfg(feature = "solve")]
     pub(crate) fn forget_rows(&mut self) {
         self.pattern.rows = Default::default();
     }

@@ -1,10 +1,8 @@
 //! Terms that break their promises, by name.
 
 use crate::term::{Element, Layout};
-#[cfg(feature = "solve")]
 use crate::term::{Form, Term, View};
 
-#[cfg(feature = "solve")]
 use super::model_at::ModelAt;
 
 /// Entries of a matrix that was promised to be symmetric may differ by this part of the largest one, the root of a rounding: so much is
@@ -40,7 +38,6 @@ pub(crate) fn fault(size: usize, layout: Layout, element: &Element) -> Option<&'
 }
 
 /// The place of the first force density that is not finite.
-#[cfg(feature = "solve")]
 fn infinite_at(term: &dyn Term, view: View<'_>) -> Option<[f64; 3]> {
     let densities = term.force_densities(view)?;
     let point = densities.forces.iter().position(|force| force.iter().any(|f| !f.is_finite()))?;
@@ -62,7 +59,6 @@ fn is_unsymmetric(size: usize, matrix: &[f64]) -> bool {
     apart > 0.0 && apart > ALIKE * matrix.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()))
 }
 
-#[cfg(feature = "solve")]
 impl ModelAt<'_> {
     /// The first term that breaks a promise at this state, and how. Bodies and contacts of this crate are left out.
     pub(crate) fn fault(self) -> Option<String> {

@@ -1,7 +1,6 @@
 //! Measures of a state: energy, gradients, determinants, and how far it can be trusted.
 
 use crate::term::StateDiagnostics;
-#[cfg(feature = "solve")]
 use crate::term::{Term, parted, parted_mut};
 
 use super::model_at::ModelAt;
@@ -53,14 +52,12 @@ impl ModelAt<'_> {
     }
 
     /// Why the state does not follow from another one by a step.
-    #[cfg(feature = "solve")]
     pub(crate) fn check_step(self, before: Self) -> Option<String> {
         let mut terms = self.model.terms.iter().enumerate();
         terms.find_map(|(number, term)| term.check_step(before.at.of_term(number), self.at.of_term(number)))
     }
 
     /// Condensed unknowns at a converged state with the memory of the step that led there.
-    #[cfg(feature = "solve")]
     pub(crate) fn update_history(self) -> Vec<Vec<f64>> {
         let mut condensed = self.at.condensed.to_vec();
         for (number, (term, condensed)) in self.model.terms.iter().zip(&mut condensed).enumerate() {
@@ -72,7 +69,6 @@ impl ModelAt<'_> {
     /// The error that a step of time has left in the stress, relative to the stress (root of the mean squares over the body): from
     /// the condensed unknowns `before` of a step earlier, where the loads had no break point since, to those at its end, whose memory
     /// is still that of its beginning; see [`Term::time_error`](crate::term::Term::time_error).
-    #[cfg(feature = "solve")]
     pub(crate) fn time_error(self, before: Option<&[Vec<f64>]>) -> f64 {
         let mut sums = [0.0; 2];
         for (number, term) in self.model.summed() {
@@ -105,7 +101,6 @@ impl ModelAt<'_> {
 
 impl Model {
     /// The largest $|\nabla u|$ of a displacement at any point.
-    #[cfg(feature = "solve")]
     pub(crate) fn largest_gradient(&self, displacement: &[f64]) -> f64 {
         let of_clusters = |term: &std::sync::Arc<dyn Term>| {
             (0..term.clusters()).map(|c| term.largest_gradient(c, displacement)).fold(0.0, f64::max)

@@ -14,15 +14,12 @@ mod sum;
 mod system;
 
 pub use assembler::Assembler;
-#[cfg(feature = "solve")]
 pub(crate) use fault::fault;
 pub use model::Model;
 pub use model_at::ModelAt;
 pub use pattern::Pattern;
-#[cfg(feature = "solve")]
 pub(crate) use pattern::add_column;
 pub use ranks::Ranks;
 pub use state_ref::{Origin, StateRef};
 pub use system::System;
-#[cfg(feature = "solve")]
 pub(crate) use system::release;

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use crate::error::SolveError;
-#[cfg(feature = "solve")]
 use crate::geometry::Morton;
 use crate::geometry::Point;
 use crate::term::{Product, Term, Zone, parted_mut};
@@ -71,7 +70,6 @@ impl Model {
     }
 
     /// Whether an observer breaks off here: where one rank's does, all stop.
-    #[cfg(feature = "solve")]
     pub(crate) fn is_ended_by(&self, flow: std::ops::ControlFlow<()>) -> bool {
         let mine = f64::from(u8::from(flow.is_continue()));
         match &self.ranks {
@@ -80,7 +78,6 @@ impl Model {
         }
     }
 
-    #[cfg(feature = "solve")]
     pub(crate) fn shared_ranks(&self) -> Option<Arc<dyn Ranks>> {
         self.ranks.clone()
     }
@@ -167,20 +164,17 @@ impl Model {
     }
 
     /// A curve through the nodes, along which each rank holds a region.
-    #[cfg(feature = "solve")]
     pub(crate) fn curve(&self) -> Morton {
         Morton::through(self.dim, self.coordinates.chunks_exact(self.dim))
     }
 
     /// The reference position of a node; components beyond the model's own are zero.
-    #[cfg(feature = "solve")]
     pub(crate) fn point<const D: usize>(&self, node: usize) -> Point<D> {
         let own = self.coordinates(node);
         Point::from_fn(|i, _| own.get(i).copied().unwrap_or(0.0))
     }
 
     /// The reference positions of all nodes, as [`point`](Model::point) has them.
-    #[cfg(feature = "solve")]
     pub(crate) fn points<const D: usize>(&self) -> Vec<Point<D>> {
         (0..self.node_count()).map(|node| self.point(node)).collect()
     }
@@ -252,13 +246,11 @@ impl Model {
     }
 
     /// Whether a term acts from one side only.
-    #[cfg(feature = "solve")]
     pub(crate) fn is_unilateral(&self) -> bool {
         self.terms.iter().any(|term| term.layout().unilateral)
     }
 
     /// Lets the searches of contacts rest as they were at the last state, or go on; whether there are any.
-    #[cfg(feature = "solve")]
     pub(crate) fn hold_searches(&self, hold: bool) -> bool {
         self.terms.iter().filter(|term| term.hold_search(hold)).count() > 0
     }

@@ -2,7 +2,6 @@
 
 use crate::error::SolveError;
 use crate::parallel::{map_ranges, map_with, threads};
-#[cfg(feature = "solve")]
 use crate::term::Zone;
 use crate::term::{Element, each_force};
 
@@ -156,7 +155,6 @@ impl ModelAt<'_> {
     }
 
     /// Adds what a change of the load factor does to the increments of the condensed unknowns.
-    #[cfg(feature = "solve")]
     pub(crate) fn advance_load(self, load_step: f64, condensed_step: &mut [Vec<f64>]) {
         if load_step == 0.0 {
             return;
@@ -169,7 +167,6 @@ impl ModelAt<'_> {
     }
 
     /// Replaces increments of pressures in those of the condensed unknowns by ones that were solved for.
-    #[cfg(feature = "solve")]
     pub(crate) fn take_pressures(self, zones: &[Zone], pressures: &[[f64; 4]], condensed_step: &mut [Vec<f64>]) {
         for (zone, pressures) in zones.iter().zip(pressures) {
             let functions = zone.slopes.len() / (self.model.dim() * zone.nodes.len());

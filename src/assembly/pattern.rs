@@ -88,7 +88,6 @@ impl Pattern {
     }
 
     /// The pattern with unknown `order[k]` renumbered to `k`, and the new place of each entry.
-    #[cfg(feature = "solve")]
     pub(crate) fn permuted(&self, order: &[usize]) -> (Pattern, Vec<u32>) {
         let size = self.size();
         let mut inverse = vec![0u32; size];
@@ -165,7 +164,6 @@ pub(crate) fn add_column(rows: &[u32], values: &[f64], sign: f64, x: &[f64], y: 
 
 #[cfg(test)]
 mod tests {
-    #[cfg(feature = "solve")]
     #[test]
     fn a_permuted_matrix_is_the_same_matrix() {
         use super::Pattern;

@@ -29,11 +29,9 @@ pub struct System {
 }
 
 /// Entries of a matrix beyond which its memory is not kept while another form of it is in use: 2 MB.
-#[cfg(feature = "solve")]
 const KEPT: usize = 1 << 18;
 
 /// Gives back the memory of the values of a large matrix.
-#[cfg(feature = "solve")]
 pub(crate) fn release(values: &mut Vec<f64>) {
     if values.capacity() > KEPT {
         *values = Vec::new();
@@ -42,13 +40,11 @@ pub(crate) fn release(values: &mut Vec<f64>) {
 
 impl System {
     /// Gives back the memory of a large matrix, once its reduced form is all that is needed.
-    #[cfg(feature = "solve")]
     pub(crate) fn release(&mut self) {
         release(&mut self.values);
     }
 
     /// Adds up over the ranks what each has found with its share of the matrix.
-    #[cfg(feature = "solve")]
     pub(crate) fn over_ranks(&self, product: &mut [f64]) {
         if let Some(ranks) = &self.ranks {
             ranks.sum(product);
@@ -56,7 +52,6 @@ impl System {
     }
 
     /// Whether the symmetric part is all of $K$, on every rank.
-    #[cfg(feature = "solve")]
     pub(crate) fn is_symmetric(&self) -> bool {
         let mine = self.skew.is_empty() && self.coupling.is_empty();
         match &self.ranks {

@@ -1,12 +1,10 @@
 //! Facets on the boundary, and the trace functions of the particles on them.
 
-#[cfg(feature = "solve")]
 use std::collections::HashMap;
 use std::collections::HashSet;
 
 use crate::error::GeometryError;
 use crate::geometry::Point;
-#[cfg(feature = "solve")]
 use crate::geometry::all_padded;
 use crate::quadrature::Points;
 
@@ -40,7 +38,6 @@ pub struct BoundaryCells<const D: usize> {
 
 impl<const D: usize> BoundaryCells<D> {
     /// The mean outward normals at the particles, weighted by their trace functions; none for particles without a trace function.
-    #[cfg(feature = "solve")]
     pub(crate) fn normals_at_particles(&self) -> HashMap<u32, Point<D>> {
         let mut normals = HashMap::new();
         for ((traces, normal), weight) in self.traces.iter().zip(&self.points.normals).zip(&self.points.weights) {
@@ -54,7 +51,6 @@ impl<const D: usize> BoundaryCells<D> {
     }
 
     /// The same with three components.
-    #[cfg(feature = "solve")]
     pub(crate) fn padded(&self) -> BoundaryCells<3> {
         let Points { positions, weights, normals, groups } = &self.points;
         let [positions, normals] = [positions, normals].map(|all| all_padded(all));
@@ -63,7 +59,6 @@ impl<const D: usize> BoundaryCells<D> {
     }
 
     /// The mean of the points of each facet.
-    #[cfg(feature = "solve")]
     pub(crate) fn middles(&self) -> Vec<Point<D>> {
         let groups = self.points.groups.windows(2).filter(|group| group[0] < group[1]);
         let middle = |group: &[usize]| {

@@ -138,13 +138,11 @@ impl Refined {
     }
 
     /// Whether each macro cell and all that come of it may be cut once more.
-    #[cfg(feature = "solve")]
     pub(crate) fn refinable_twice(&self) -> impl Iterator<Item = bool> {
         self.macros.iter().map(|m| m.2 + 1 < DEEPEST)
     }
 
     /// For each macro cell of this lattice with all of its macro cells cut, the one of this lattice that it is part of.
-    #[cfg(feature = "solve")]
     pub(crate) fn parents(&self, cut: &Self) -> Vec<usize> {
         let places: BTreeMap<Macro, usize> = self.macros.iter().copied().zip(0..).collect();
         let parent = |&(y, x, level): &Macro| {

@@ -85,7 +85,6 @@ impl<const D: usize> Smoothing<D> {
     }
 
     /// The same without facets that no sub-cell has: those of cells that other ranks hold.
-    #[cfg(feature = "solve")]
     pub(crate) fn pruned(mut self) -> Self {
         let all = Smoothing {
             facet_points: std::mem::take(&mut self.facet_points),

@@ -52,7 +52,6 @@ mod rubber;
 mod stability;
 mod stretches;
 mod surface_stability;
-#[cfg(feature = "solve")]
 mod thickness;
 mod viscoelastic;
 mod volumetric;
@@ -81,8 +80,6 @@ pub use rubber::Rubber;
 pub use stability::{Criterion, SEARCHED, StableRange, stable_ranges, stable_ranges_incompressible};
 pub use stretches::{PrincipalStretches, TotalStretches};
 pub use surface_stability::surface_stability;
-#[cfg(feature = "solve")]
-#[cfg(feature = "solve")]
 pub(crate) use thickness::FreeThickness;
 pub use viscoelastic::{Prony, Viscoelastic};
 pub use volumetric::{

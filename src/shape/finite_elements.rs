@@ -1,12 +1,10 @@
 //! Lagrange finite elements on lattices: the second implementer of [`Approximation`], to compare with.
 
-#[cfg(feature = "solve")]
 use crate::cells::BoundaryCells;
 use crate::cells::{Lattice, Locator, Zones, determinant, ravel, unravel};
 use crate::each::{Each, EachOf, array_of, point_of};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Bounds, Part, Point, Side};
-#[cfg(feature = "solve")]
 use crate::quadrature::shared;
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
@@ -55,7 +53,6 @@ impl<const D: usize> ElementPoints<D> {
     }
 
     /// The groups whose middle a predicate holds for.
-    #[cfg(feature = "solve")]
     fn faces_within(self, holds: &dyn Fn(&Point<D>) -> bool) -> Self {
         let mut kept = vec![false; self.points.positions.len()];
         for group in self.points.groups.windows(2) {
@@ -74,7 +71,6 @@ impl<const D: usize> ElementPoints<D> {
     }
 
     /// Share `part` of `parts`: a run of the groups, as [`Points::share`] has it.
-    #[cfg(feature = "solve")]
     pub(crate) fn share(&self, part: usize, parts: usize) -> Self {
         let range = self.points.share_range(part, parts);
         ElementPoints {
@@ -198,7 +194,6 @@ impl<const D: usize> FiniteElements<D> {
     ///
     /// # Errors
     /// As [`boundary`](FiniteElements::boundary).
-    #[cfg(feature = "solve")]
     pub(crate) fn contact_boundary(
         &self,
         part: &Part,

@@ -25,7 +25,6 @@ pub struct ShapeFunctions<const D: usize> {
     pub rcond: f64,
 }
 
-#[cfg(feature = "solve")]
 impl<const D: usize> ShapeFunctions<D> {
     /// $\sum_I\Psi_I d_I$ for coefficients of so many components, padded by zeros.
     pub(crate) fn weighted(&self, dim: usize, coefficients: &[f64]) -> Point<3> {

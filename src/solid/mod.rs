@@ -25,6 +25,5 @@ pub use features::Features;
 pub use flaws::SurfaceFlaws;
 pub use select::Select;
 pub use shape::Shape;
-#[cfg(feature = "solve")]
 pub(crate) use tree::{Tree, foot};
 pub(crate) use walls::{OPPOSITE, Wall};

@@ -39,7 +39,6 @@ impl Clusters {
     }
 
     /// Adds a number to the index of each node.
-    #[cfg(feature = "solve")]
     pub(super) fn shift(&mut self, first: u32) {
         self.nodes.iter_mut().for_each(|node| *node += first);
     }

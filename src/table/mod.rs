@@ -19,7 +19,6 @@ pub(crate) use gradient::displacement_gradient;
 use nalgebra::Matrix3;
 
 use crate::cells::Smoothing;
-#[cfg(feature = "solve")]
 use crate::each::{Each, sum_of};
 use crate::error::{ApproximationError, Error, GeometryError, Invalid};
 use crate::geometry::Point;
@@ -147,7 +146,6 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// As [`of_elements`](Self::of_elements) for kinematics without hoops; points that are alike share a row.
-    #[cfg(feature = "solve")]
     pub(crate) fn of_alike_elements(
         elements: &FiniteElements<D>,
         points: &ElementPoints<D>,
@@ -242,7 +240,6 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// The table of a body whose nodes stand `first` behind the first of `node_count` in all.
-    #[cfg(feature = "solve")]
     pub(crate) fn shifted(mut self, first: usize, node_count: usize) -> Self {
         self.nodes.iter_mut().for_each(|node| *node += first as u32);
         self.clusters.shift(first as u32);
@@ -341,7 +338,6 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// Adds the forces of a stress at a point, $P:\nabla\Psi_I$ with hoops, to a vector over all nodes.
-    #[cfg(feature = "solve")]
     pub(crate) fn add_stress(&self, point: usize, stress: &Matrix3<f64>, forces: &mut [f64]) {
         let hoops: f64 = self.hoop_components().summed(|&c| stress[(c, c)]);
         let (nodes, gradients) = (self.nodes(point), self.gradients(point));

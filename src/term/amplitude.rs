@@ -3,7 +3,6 @@
 use std::fmt;
 use std::sync::Arc;
 
-#[cfg(feature = "solve")]
 use crate::each::Each;
 use crate::error::BoundaryError;
 
@@ -88,13 +87,11 @@ impl Amplitude {
     }
 
     /// The same value at all load factors.
-    #[cfg(feature = "solve")]
     pub(crate) fn level(value: f64) -> Self {
         Amplitude::Table(vec![(0.0, value), (1.0, value)])
     }
 
     /// The same with a value added to it.
-    #[cfg(feature = "solve")]
     pub(crate) fn later(&self, by: f64) -> Self {
         match self {
             Amplitude::Ramp => Amplitude::Table(vec![(0.0, by), (1.0, by + 1.0)]),
@@ -108,13 +105,11 @@ impl Amplitude {
     }
 
     /// Whether the value may be any function of the load factor.
-    #[cfg(feature = "solve")]
     pub(crate) fn is_function(&self) -> bool {
         matches!(self, Amplitude::Function(_))
     }
 
     /// The value alone, for a third of the calls of a function.
-    #[cfg(feature = "solve")]
     pub(crate) fn value(&self, load: f64) -> f64 {
         match self {
             Amplitude::Function(function) => function(load),

@@ -157,7 +157,6 @@ impl<const D: usize> Body<D> {
     }
 
     /// The same with linear pressures that vary along the columns of a matrix per zone alone.
-    #[cfg(feature = "solve")]
     pub(crate) fn varying_along(mut self, directions: &[nalgebra::SMatrix<f64, D, D>]) -> Self {
         if self.functions == D + 1 && directions.len() == self.table.clusters().len() {
             self.tabulate_zone_functions(D + 1, Some(directions));
@@ -173,14 +172,12 @@ impl<const D: usize> Body<D> {
     }
 
     /// The same body over another table with the same points and clusters.
-    #[cfg(feature = "solve")]
     pub(crate) fn over(&self, table: ShapeTable<D>) -> Self {
         let (material, rest) = (self.material.clone(), self.rest.clone());
         Body { table, material, rest, phi: self.phi.clone(), clock: self.clock.clone(), ..*self }
     }
 
     /// The same with a matrix that goes without what the condensed pressures of zones add: only nodes that share a point are coupled.
-    #[cfg(feature = "solve")]
     pub(crate) fn apart(self) -> Self {
         Body { apart: true, ..self }
     }
@@ -191,7 +188,6 @@ impl<const D: usize> Body<D> {
     }
 
     /// Whether it takes time.
-    #[cfg(feature = "solve")]
     pub(crate) fn has_clock(&self) -> bool {
         self.clock.is_some()
     }
@@ -202,13 +198,11 @@ impl<const D: usize> Body<D> {
     }
 
     /// Points of the smallest zone where the stabilisation grows with the points of a zone; else 0.
-    #[cfg(feature = "solve")]
     pub(crate) fn fewest(&self) -> usize {
         self.fewest
     }
 
     /// Takes the points of the smallest zone of a whole body of which this is a part.
-    #[cfg(feature = "solve")]
     pub(crate) fn with_fewest(mut self, fewest: usize) -> Self {
         self.fewest = fewest;
         self

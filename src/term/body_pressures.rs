@@ -3,7 +3,6 @@
 use crate::each::Each;
 use crate::geometry::Point;
 use crate::material::Material;
-#[cfg(feature = "solve")]
 use crate::tensor::cofactor;
 
 use super::Term;
@@ -22,7 +21,6 @@ impl<const D: usize> Body<D> {
 
     /// The pressures that are proportional to the bulk modulus: without the part that zones leave pointwise, which is as large as the
     /// shear modulus whatever the bulk modulus is.
-    #[cfg(feature = "solve")]
     pub(crate) fn bulk_pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
         self.pressures_of(view, |projected, _, part| projected / (1.0 - part))
     }
@@ -59,7 +57,6 @@ impl<const D: usize> Body<D> {
 
     /// How the pressures at the points of the table change with a small step of the displacement and of the condensed
     /// unknowns.
-    #[cfg(feature = "solve")]
     pub(crate) fn pressure_changes(&self, view: View<'_>, step: &[f64], condensed_step: &[f64]) -> Option<Vec<f64>> {
         let volumetric = self.material.volumetric()?;
         let mut changes = Vec::with_capacity(self.table.len());

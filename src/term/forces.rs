@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use super::Term;
 use super::element::{Element, View};
-#[cfg(feature = "solve")]
 use crate::each::sum_of;
 
 /// Hands out a node of each of some clusters with its part of the residual and of the load slope, without any matrix.
@@ -28,7 +27,6 @@ pub(crate) fn each_force(
 }
 
 /// Adds the residual of a term to a vector over all nodes.
-#[cfg(feature = "solve")]
 pub(crate) fn add_residual(term: &dyn Term, view: View<'_>, sum: &mut [f64]) {
     let dim = term.dim();
     each_force(term, 0..term.clusters(), view, &mut Element::default(), |node, residual, _| {
@@ -37,7 +35,6 @@ pub(crate) fn add_residual(term: &dyn Term, view: View<'_>, sum: &mut [f64]) {
 }
 
 /// The energy that a term stores.
-#[cfg(feature = "solve")]
 pub(crate) fn stored(term: &dyn Term, view: View<'_>) -> f64 {
     sum_of(term.clusters(), |cluster| term.energy(cluster, view))
 }

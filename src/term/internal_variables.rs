@@ -1,11 +1,9 @@
 //! Internal variables of a body, point by point.
 
-#[cfg(feature = "solve")]
 use nalgebra::Matrix3;
 
 use crate::each::{Each, EachOf};
 use crate::material::{Material, Past};
-#[cfg(feature = "solve")]
 use crate::tensor::cofactor;
 
 use super::View;
@@ -54,7 +52,6 @@ impl<const D: usize> Body<D> {
     }
 
     /// The deformation gradient at a point in a view of the body: with the thickness that its history leaves a sheet.
-    #[cfg(feature = "solve")]
     pub(crate) fn deformation_in(&self, point: usize, view: View<'_>) -> Matrix3<f64> {
         self.material.settled(&self.local_gradient(point, view.displacement), self.recall(view).at(point))
     }
@@ -123,7 +120,6 @@ impl<const D: usize> Body<D> {
 
     /// The first Piola–Kirchhoff stress at a point with deformation gradient `f` \[stress\], of the material, at fixed memory;
     /// without the pressure of the zone.
-    #[cfg(feature = "solve")]
     pub(crate) fn stress(&self, point: usize, f: &Matrix3<f64>, view: View<'_>) -> Matrix3<f64> {
         let stress = self.material.response_from(f, self.recall(view).at(point)).stress;
         match self.material.volumetric() {
@@ -134,7 +130,6 @@ impl<const D: usize> Body<D> {
 
     /// A memory for the points of another body over the same domain: that of the nearest point, at the same time. What only one of them keeps
     /// beside the material is at rest.
-    #[cfg(feature = "solve")]
     pub(crate) fn memory_from<const E: usize>(
         &self,
         from: &Body<E>,

@@ -8,7 +8,6 @@ mod body_pressures;
 mod body_term;
 mod body_zones;
 mod contraction;
-#[cfg(feature = "solve")]
 mod curve;
 mod diagnostics;
 mod element;
@@ -34,18 +33,14 @@ pub use diagnostics::StateDiagnostics;
 pub use element::{Coupling, Element, ForceDensities, View};
 pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity};
 pub use layout::{Form, Layout};
-#[cfg(feature = "solve")]
 pub(crate) use load::foundation;
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
 pub use pressure_field::{PressureField, ProjectedMeasure};
 pub use uncondensed::{Product, Zone};
 
-#[cfg(feature = "solve")]
 pub(crate) use at_points::PointMotion;
-#[cfg(feature = "solve")]
 pub(crate) use curve::{Curve, straight_until};
 pub(crate) use forces::each_force;
-#[cfg(feature = "solve")]
 pub(crate) use forces::{add_residual, stored};
 pub(crate) use lower::LowerBlocks;
 
