@@ -138,6 +138,12 @@ pub(crate) fn array_of<U: Copy, const N: usize>(mut f: impl FnMut(usize) -> U) -
     values
 }
 
+/// Adds numbers times a factor.
+#[inline(always)]
+pub(crate) fn add(to: &mut [f64], factor: f64, of: &[f64]) {
+    to.iter_mut().zip(of).for_each(|(sum, part)| *sum += factor * part);
+}
+
 /// A point by its components.
 #[inline(always)]
 pub(crate) fn point_of<const D: usize>(mut f: impl FnMut(usize) -> f64) -> SVector<f64, D> {

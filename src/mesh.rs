@@ -315,7 +315,7 @@ impl<const D: usize> Mesh<D> {
     /// Where no group has the name.
     pub fn measure(&self, name: &str) -> Result<f64, MeshError> {
         let found = (0..=D).rev().find_map(|dimension| self.group(dimension, name));
-        let Some(group) = found else { return Err(self.missing("group", name, 0..=D)) };
+        let group = found.ok_or_else(|| self.missing("group", name, 0..=D))?;
         let list = &self.elements[group.dimension];
         let measure = |&member: &u32| {
             let element = member as usize;

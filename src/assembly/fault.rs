@@ -1,5 +1,6 @@
 //! Terms that break their promises, by name.
 
+use crate::each::Each;
 use crate::term::{Element, Layout};
 use crate::term::{Form, Term, View};
 
@@ -56,7 +57,7 @@ fn is_unsymmetric(size: usize, matrix: &[f64]) -> bool {
             }
         }
     }
-    apart > 0.0 && apart > ALIKE * matrix.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()))
+    apart > 0.0 && apart > ALIKE * matrix.largest(|entry| entry.abs())
 }
 
 impl ModelAt<'_> {

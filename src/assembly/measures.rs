@@ -1,5 +1,6 @@
 //! Measures of a state: energy, gradients, determinants, and how far it can be trusted.
 
+use crate::each::Each;
 use crate::term::StateDiagnostics;
 use crate::term::{Term, parted, parted_mut};
 
@@ -105,7 +106,7 @@ impl Model {
         let of_clusters = |term: &std::sync::Arc<dyn Term>| {
             (0..term.clusters()).map(|c| term.largest_gradient(c, displacement)).fold(0.0, f64::max)
         };
-        let mine = self.terms.iter().map(of_clusters).fold(0.0, f64::max);
+        let mine = self.terms.largest(of_clusters);
         match &self.ranks {
             Some(ranks) => -ranks.least(-mine),
             None => mine,

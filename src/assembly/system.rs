@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::each::Each;
 use crate::term::{Coupling, Zone};
 
 use super::Ranks;
@@ -67,7 +68,7 @@ impl System {
             y[column as usize] -= value * x[row as usize];
         }
         for Coupling { left, right } in &self.coupling {
-            let factor: f64 = right.iter().map(|&(k, value)| value * x[k as usize]).sum();
+            let factor = right.summed(|&(k, value)| value * x[k as usize]);
             left.iter().for_each(|&(k, value)| y[k as usize] += factor * value);
         }
     }

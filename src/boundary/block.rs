@@ -1,7 +1,7 @@
 //! Unknowns that others express, in dense blocks bound to a pattern.
 
 use crate::assembly::Pattern;
-use crate::each::{EachOf, IntoEach};
+use crate::each::{EachOf, IntoEach, add};
 use crate::simd::{Arithmetic, Task, dispatch};
 
 use super::enforced::Eliminated;
@@ -219,7 +219,7 @@ impl Task for Product<'_> {
                 }
                 for (k, sums) in sums[..down].iter().enumerate() {
                     let target = &mut block[(row + k) * width + column..][..across];
-                    target.iter_mut().zip(sums).for_each(|(target, sum)| *target += sum);
+                    add(target, 1.0, sums);
                 }
             }
         }

@@ -136,7 +136,7 @@ fn echelon(a: &mut [f64], m: usize, n: usize, in_order: bool) -> Vec<Result<usiz
         a[i * width..(i + 1) * width].copy_from_slice(&pivot_row);
     }
     for (row, pivot) in a.chunks_exact(width.max(1)).zip(&mut pivots) {
-        *pivot = pivot.map_err(|_| row[..n].iter().fold(0.0, |left: f64, value| left.max(value.abs())));
+        *pivot = pivot.map_err(|_| row[..n].largest(|value| value.abs()));
     }
     pivots
 }

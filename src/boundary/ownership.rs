@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::cells::BoundaryCells;
+use crate::each::Each;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::Point;
 
@@ -106,8 +107,7 @@ impl Claims {
             if owners.len() == claims.len() {
                 continue;
             }
-            let prescriptions: Vec<PrescribedDirection> =
-                owners.iter().map(|&claim| claims[claim].prescription.clone()).collect();
+            let prescriptions: Vec<PrescribedDirection> = owners.mapped(|&claim| claims[claim].prescription.clone());
             let at = &nodes[*particle as usize].as_slice()[..dim];
             for (_, claim) in claims.iter().enumerate().filter(|(number, _)| !owners.contains(number)) {
                 settled.yielded[claim.piece].insert(*particle);
@@ -162,7 +162,7 @@ fn owners(claims: &[Claim], by_normal: bool) -> Vec<usize> {
     let mut left: Vec<usize> = (0..claims.len()).collect();
     let (mut taken, mut prescriptions) = (Vec::with_capacity(claims.len()), Vec::with_capacity(claims.len()));
     while !left.is_empty() {
-        let most = left.iter().map(|&claim| facing(claim)).fold(0.0, f64::max);
+        let most = left.largest(|&claim| facing(claim));
         let Some(&next) = left.iter().find(|claim| facing(**claim) >= most - TIE) else { break };
         taken.push(next);
         prescriptions.push(claims[next].prescription.clone());

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::each::{Each, EachOf, array_of};
+use crate::each::{Each, EachOf, add, array_of};
 use crate::error::BoundaryError;
 use crate::geometry::Point;
 use crate::linear::vector::dot;
@@ -47,8 +47,8 @@ fn resolve(prescriptions: &[PrescribedDirection], direction: &[f64; 3]) -> (Vec<
         made[place] = 1.0;
         for (vector, of) in &basis {
             let along = dot(vector, &prescription.direction);
-            rest.iter_mut().zip(vector).for_each(|(r, v)| *r -= along * v);
-            made.iter_mut().zip(of).for_each(|(m, o)| *m -= along * o);
+            add(&mut rest, -along, vector);
+            add(&mut made, -along, of);
         }
         let size = dot(&rest, &rest).sqrt();
         if size > EXACT {
@@ -58,8 +58,8 @@ fn resolve(prescriptions: &[PrescribedDirection], direction: &[f64; 3]) -> (Vec<
     let (mut rest, mut parts) = (*direction, vec![0.0; prescriptions.len()]);
     for (vector, of) in &basis {
         let along = dot(vector, direction);
-        rest.iter_mut().zip(vector).for_each(|(r, v)| *r -= along * v);
-        parts.iter_mut().zip(of).for_each(|(p, o)| *p += along * o);
+        add(&mut rest, -along, vector);
+        add(&mut parts, along, of);
     }
     (parts, dot(&rest, &rest).sqrt())
 }

@@ -1,7 +1,7 @@
 //! The equations of equilibrium under constraint equations, as their enforcement reduces them.
 
 use crate::assembly::{Pattern, System};
-use crate::each::{Each, IntoEach};
+use crate::each::{Each, IntoEach, add};
 use crate::error::BoundaryError;
 use crate::linear::MatrixClass;
 
@@ -151,7 +151,7 @@ impl Reduction {
         if self.rows.is_empty() {
             return;
         }
-        let mut stiffness = full.values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        let mut stiffness = full.values.largest(|value| value.abs());
         if let Some(ranks) = &full.ranks {
             stiffness = -ranks.least(-stiffness);
         }
@@ -224,7 +224,7 @@ impl Reduction {
         self.blocks.iter().for_each(|block| block.multiply_add(step, &mut product));
         full.skew_multiply_add(step, &mut product);
         full.over_ranks(&mut product);
-        residual.iter_mut().zip(&product).for_each(|(r, p)| *r += p);
+        add(residual, 1.0, &product);
     }
 
     /// Writes the multipliers $\mu$ of eliminated equations that balance a residual, $r + G^T\mu = 0$: as $GV = 1$ and $T^T r = 0$, they

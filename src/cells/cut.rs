@@ -729,7 +729,7 @@ impl Cells<3> for CutLattice {
 
     fn particles_global(&self, r: f64) -> Result<Particles<3>, ApproximationError> {
         check_dilation(r)?;
-        let largest = self.placed.scales.iter().copied().fold(0.0, f64::max);
+        let largest = self.placed.scales.largest(|x| *x);
         self.supports(r, |_| largest)
     }
 

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::each::Each;
 use crate::error::{GeometryError, Invalid};
 use crate::geometry::{Curve, Point, Region};
 
@@ -126,7 +127,7 @@ pub(crate) fn scatter(region: &Region, spacing: &Spacing<'_>, settings: &Scatter
     let spacing = &Spacing { floor: DIP * smallest, ..*spacing };
     let (mut positions, pieces) = boundary(region, spacing)?;
     let fixed = positions.len();
-    let spacings: Result<Vec<f64>, _> = positions.iter().map(|x| spacing.at(x)).collect();
+    let spacings = positions.try_mapped(|x| spacing.at(x));
     let mut bins = Bins::new(region, expected);
     for x in &positions {
         bins.push(x);
@@ -306,7 +307,7 @@ impl Chords {
         for x in &mesh.positions[..fixed] {
             bins.push(x);
         }
-        let longest = lengths.iter().copied().fold(0.0, f64::max);
+        let longest = lengths.largest(|x| *x);
         Chords { bins, lengths, longest }
     }
 

@@ -229,7 +229,7 @@ impl Cells<2> for Triangulation {
 
     fn particles_global(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
         check_dilation(r)?;
-        let largest = self.spacings.iter().copied().fold(0.0, f64::max);
+        let largest = self.spacings.largest(|x| *x);
         Particles::new(self.mesh.positions.clone(), vec![Support::Ball(2.0 * r * largest); self.spacings.len()])
     }
 

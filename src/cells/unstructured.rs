@@ -126,9 +126,7 @@ impl<const D: usize> Unstructured<D> {
             let x = mesh.points()[particle];
             let distance = |k: &usize| (mesh.points()[*k] - x).norm_squared();
             let others = (0..mesh.points().len()).filter(|k| *k != particle);
-            let Some(other) = others.min_by(|a, b| distance(a).total_cmp(&distance(b))) else {
-                return Err(error.into());
-            };
+            let other = others.min_by(|a, b| distance(a).total_cmp(&distance(b))).ok_or(error)?;
             let nodes = [other.min(particle), other.max(particle)];
             return Err(MeshError::CoincidentNodes { nodes, at: x.as_slice().to_vec() }.into());
         }
@@ -192,7 +190,7 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
 
     fn particles_global(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
         check_dilation(r)?;
-        let largest = self.spacings.iter().copied().fold(0.0, f64::max);
+        let largest = self.spacings.largest(|x| *x);
         Particles::new(self.positions().to_vec(), vec![Support::Ball(2.0 * r * largest); self.spacings.len()])
     }
 

@@ -155,7 +155,7 @@ impl Pencil {
         let (mut image, mut next_look) = (product(&self.b, &vector), 16);
         loop {
             let size = vector.dot(&image).max(0.0).sqrt();
-            let scale = diagonal.iter().fold(0.0f64, |largest, d| largest.max(d.abs()));
+            let scale = diagonal.largest(|d| d.abs());
             let ended = basis.len() == n || (!basis.is_empty() && size <= 1e-13 * scale);
             if !basis.is_empty() {
                 beside.push(size);

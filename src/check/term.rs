@@ -1,7 +1,7 @@
 //! The contract of terms.
 
 use crate::assembly::fault;
-use crate::each::Each;
+use crate::each::{Each, add};
 use crate::error::{Error, Invalid, SolveError};
 use crate::linear::vector::norm;
 use crate::term::{Coupling, Element, Form, Term, View, parted_mut};
@@ -107,7 +107,7 @@ impl<'a> Probe<'a> {
     fn new(term: &'a dyn Term, displacement: &'a [f64], load: f64) -> Self {
         let unknowns = (0..term.clusters()).map(|c| term.unknowns(c).end);
         let condensed = unknowns.max().unwrap_or(0) + term.layout().history;
-        let size = displacement.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let size = displacement.largest(|v| v.abs());
         let step = STEP * if size > 0.0 { size } else { 1.0 };
         Probe { term, displacement, load, condensed, nothing: vec![0.0; displacement.len()], step }
     }
@@ -141,9 +141,9 @@ impl<'a> Probe<'a> {
             for _ in 0..SWEEPS {
                 self.advance(cluster, displacement, load, &condensed, &self.nothing, &mut change);
                 let own = &mut condensed[range.clone()];
-                let size = own.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-                let moved = change.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-                own.iter_mut().zip(&change).for_each(|(l, c)| *l += c);
+                let size = own.largest(|v| v.abs());
+                let moved = change.largest(|v| v.abs());
+                add(own, 1.0, &change);
                 found = moved <= SOLVED * size.max(1e-300);
                 if found {
                     break;

@@ -1,5 +1,6 @@
 //! The boundary parts that may touch each other as chains of chords, and which chord faces which.
 
+use crate::each::Each;
 use crate::geometry::{Bounds, Point, padded};
 
 use super::bins::Bins;
@@ -76,7 +77,7 @@ impl Chain {
     pub(crate) fn laid(&self, ends: Vec<Point<2>>) -> Laid {
         let around = |chord: &Chord| Bounds::of(&chord.traces.map(|trace| padded(&ends[trace as usize])));
         let boxes: Vec<(u32, Bounds<3>)> = (0..).zip(self.chords.iter().map(around)).collect();
-        let longest = boxes.iter().map(|(_, own)| own.extent().amax()).fold(0.0, f64::max);
+        let longest = boxes.largest(|(_, own)| own.extent().amax());
         let extent = boxes.iter().fold(Bounds::none(), |all, (_, own)| all.join(own)).extent();
         // About as many bins as there are chords.
         let mean = (extent[0] * extent[1] / boxes.len() as f64).sqrt();

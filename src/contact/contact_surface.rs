@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::cells::{BoundaryCells, CORNER};
+use crate::each::Each;
 use crate::error::Error;
 use crate::geometry::{Point, cut};
 use crate::table::ShapeTable;
@@ -77,14 +78,14 @@ fn faces(table: &FaceTable, values: &[Vec<(u32, f64)>]) -> HashMap<(u32, u32), u
     }
     let mut faces = HashMap::new();
     for (particle, mut left) in facets {
-        let whole = left.iter().map(|own| own.1).sum::<f64>();
+        let whole = left.summed(|own| own.1);
         let mut face = 0;
         while let Some(heaviest) = left.iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).map(|own| own.0) {
             let normal = normals[heaviest as usize];
             let (own, apart): (Vec<_>, Vec<_>) = left
                 .into_iter()
                 .partition(|&(facet, _)| facet == heaviest || normals[facet as usize].dot(&normal) >= CORNER);
-            let weight = own.iter().map(|own| own.1).sum::<f64>();
+            let weight = own.summed(|own| own.1);
             let number = if weight < SLIVER * whole { 0 } else { face };
             faces.extend(own.into_iter().map(|(facet, _)| ((particle, facet), number)));
             face += 1;
@@ -160,7 +161,7 @@ impl ContactSurface {
         for (k, trace) in traces.iter().enumerate() {
             trace.points.iter().for_each(|&(point, weight)| over[point as usize].push((k as u32, weight)));
         }
-        let extent = table.positions.iter().map(|x| x.amax()).fold(0.0, f64::max);
+        let extent = table.positions.largest(|x| x.amax());
         ContactSurface { table, traces, over, extent, area: weights.iter().sum() }
     }
 

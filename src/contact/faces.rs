@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 
 use nalgebra::SMatrix;
 
+use crate::each::Each;
 use crate::geometry::Point;
 use crate::order;
 
@@ -58,7 +59,7 @@ impl LaidFaces {
     pub(crate) fn slopes(&self, triangle: usize) -> &[GapSlopes] {
         let base = &self.bases[triangle];
         let of = |facing: &Facing| base.slopes(&facing.overlap, &base.over(&self.corners[facing.other as usize]));
-        self.slopes[triangle].get_or_init(|| self.facing[triangle].iter().map(of).collect())
+        self.slopes[triangle].get_or_init(|| self.facing[triangle].mapped(of))
     }
 
     /// The second derivatives of a sum of the mean gaps under a triangle with factors, over one of those that face it, by its number.
@@ -156,8 +157,8 @@ impl Faces {
             away.dot(&axis).atan2(away.dot(&other))
         };
         order::sort(&mut shares, &|a, b| angle(a.0).total_cmp(&angle(b.0)));
-        let traces: Vec<u32> = shares.iter().map(|share| share.0).collect();
-        let measures = measures(&shares.iter().map(|share| share.1).collect::<Vec<_>>());
+        let traces = shares.mapped(|share| share.0);
+        let measures = measures(&shares.mapped(|share| share.1));
         for (k, &measure) in measures.iter().enumerate() {
             let corners = match traces[..] {
                 [a, b, c] => [vec![a], vec![b], vec![c]],

@@ -1,5 +1,6 @@
 //! Triangles of the boundary in space, which of them face each other, and the gap of a point over one of them.
 
+use crate::each::Each;
 use crate::geometry::{Bounds, Point};
 
 use super::bins::Bins;
@@ -156,7 +157,7 @@ impl<'a> Sorted<'a> {
     ) -> Vec<Facing> {
         let corners = &self.corners[own];
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let radius = corners.iter().map(|x| (x - middle).norm()).fold(0.0, f64::max);
+        let radius = corners.largest(|x| (x - middle).norm());
         let mut found: Vec<(f64, Facing)> = Vec::new();
         let (mut covered, mut farthest) = (0.0, 0.0f64);
         seen.begin(self.corners.len());

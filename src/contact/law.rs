@@ -1,5 +1,6 @@
 //! The law of contact: what pressures, tractions and mean gaps of trace functions ask of each other.
 
+use crate::each::add;
 use crate::geometry::Point;
 use crate::term::Element;
 
@@ -239,7 +240,7 @@ impl Touch {
                 let Some(b) = beside.get(j) else {
                     let along = square * slope[j];
                     if along != 0.0 {
-                        column.iter_mut().zip(slope).for_each(|(entry, s)| *entry += along * s);
+                        add(column, along, slope);
                     }
                     continue;
                 };

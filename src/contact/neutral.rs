@@ -1,5 +1,6 @@
 //! What holds a round body that is free to roll.
 
+use crate::each::{add, sum_of};
 use crate::geometry::Point;
 use crate::term::{Element, Layout, Term, View};
 
@@ -17,9 +18,7 @@ impl RollingSpring {
     /// The force that it takes \[force\]: none where the motion that it holds is neutral.
     pub(crate) fn force(&self, displacement: &[f64]) -> f64 {
         let each = self.nodes.iter().zip(&self.weights);
-        let moved = |(&node, weight): (&u32, &Point<2>)| {
-            (0..2).map(|i| weight[i] * displacement[node as usize * 2 + i]).sum::<f64>()
-        };
+        let moved = |(&node, weight): (&u32, &Point<2>)| sum_of(2, |i| weight[i] * displacement[node as usize * 2 + i]);
         self.stiffness * each.map(moved).sum::<f64>()
     }
 }
@@ -43,7 +42,7 @@ impl Term for RollingSpring {
         for weight in &self.weights {
             weights.extend_from_slice(weight.as_slice());
         }
-        out.residual.iter_mut().zip(&weights).for_each(|(r, w)| *r += force * w);
+        add(&mut out.residual, force, &weights);
         if out.with_matrix {
             for (column, b) in out.matrix.chunks_exact_mut(weights.len()).zip(&weights) {
                 column.iter_mut().zip(&weights).for_each(|(entry, a)| *entry += self.stiffness * a * b);

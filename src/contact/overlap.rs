@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector};
 
+use crate::each::{Each, list_of};
 use crate::geometry::Point;
 
 use super::jet::Jet;
@@ -162,7 +163,7 @@ impl Overlap {
             corner: Corner::Opposite(order[k]),
             edge: Edge::Opposite([order[k], order[(k + 1) % 3]]),
         };
-        let mut vertices: Vec<Vertex> = (0..3).map(vertex).collect();
+        let mut vertices = list_of(3, vertex);
         for side in 0..3 {
             vertices = cut(&vertices, side, places);
             if vertices.len() < 3 {
@@ -175,12 +176,12 @@ impl Overlap {
 
     /// Its part of the first triangle.
     pub(crate) fn area(&self) -> f64 {
-        twice_area(&self.vertices.iter().map(|vertex| vertex.at).collect::<Vec<_>>())
+        twice_area(&self.vertices.mapped(|vertex| vertex.at))
     }
 
     /// Whether another part of the same triangle lies over this one by more than a part of the triangle.
     pub(crate) fn lies_over(&self, other: &Overlap, more: f64) -> bool {
-        let mut polygon: Vec<[f64; 2]> = self.vertices.iter().map(|vertex| vertex.at).collect();
+        let mut polygon: Vec<[f64; 2]> = self.vertices.mapped(|vertex| vertex.at);
         for (k, vertex) in other.vertices.iter().enumerate() {
             let (from, to) = (vertex.at, other.vertices[(k + 1) % other.vertices.len()].at);
             let left = |at: [f64; 2]| (to[0] - from[0]) * (at[1] - from[1]) - (to[1] - from[1]) * (at[0] - from[0]);
@@ -211,7 +212,7 @@ impl Overlap {
             Corner::Opposite(k) => places[k],
             Corner::Crossing(ends, side) => crossing(ends.map(|k| &places[k]), side),
         };
-        let corners: Vec<Place<N, M>> = self.vertices.iter().map(place).collect();
+        let corners = self.vertices.mapped(place);
         let mut found = [Jet::constant(0.0); 6];
         for (k, a) in corners.iter().enumerate() {
             let b = &corners[(k + 1) % corners.len()];
@@ -240,7 +241,7 @@ fn product<const N: usize, const M: usize>(a: &[Jet<N, M>; 3], b: &[Jet<N, M>; 3
 
 /// Cuts off what lies outside of a side of the first triangle. What lies on the side stays as it is, and moves with the other triangle.
 fn cut(vertices: &[Vertex], side: usize, places: &[[f64; 2]; 3]) -> Vec<Vertex> {
-    let depth: Vec<f64> = vertices.iter().map(|vertex| inside::<0, 0>(side, &constant(&vertex.at)).value).collect();
+    let depth = vertices.mapped(|vertex| inside::<0, 0>(side, &constant(&vertex.at)).value);
     let mut kept = Vec::with_capacity(vertices.len() + 1);
     for (k, vertex) in vertices.iter().enumerate() {
         let (here, there) = (depth[k], depth[(k + 1) % vertices.len()]);

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nalgebra::{SVector, Vector3};
 
 use crate::compiled::by_dim;
+use crate::each::{Each, add, list_of};
 use crate::geometry::{Point, padded};
 use crate::order::merged;
 use crate::term::{Element, PointMotion, View, parted};
@@ -318,7 +319,7 @@ impl PairContact {
             displacement[node as usize * dim..][..dim].copy_from_slice(was);
         }
         let state = self.found(&displacement, None);
-        let slips = (0..self.carrying).map(|trace| self.slip(trace, &state)).collect();
+        let slips = list_of(self.carrying, |trace| self.slip(trace, &state));
         let new = Arc::new(Held { internal_variables: internal_variables.to_vec(), slips });
         *held = Some(new.clone());
         new
@@ -347,7 +348,7 @@ impl PairContact {
         let mut since = displacement.to_vec();
         let dim = self.law.dim;
         for (&node, was) in self.nodes.iter().zip(parted(self, condensed).1.chunks_exact(dim)) {
-            since[node as usize * dim..].iter_mut().zip(was).for_each(|(u, was)| *u -= was);
+            add(&mut since[node as usize * dim..], -1.0, was);
         }
         self.moves(&since)
     }
@@ -387,10 +388,10 @@ impl PairContact {
                     let facing = (carrying..outward.len()).filter(|&other| outward[own] * outward[other] < 0.0);
                     facing.min_by(|a, b| away(a).total_cmp(&away(b))).map(|other| other as u32)
                 };
-                (Opposite::Line((0..carrying).map(nearest).collect()), f64::MAX)
+                (Opposite::Line(list_of(carrying, nearest)), f64::MAX)
             }
             Geometry::Plane(chain) => {
-                let ends = places[..self.traces].iter().map(padded).collect();
+                let ends = places[..self.traces].mapped(padded);
                 let laid = match searched.map(|state| &state.opposite) {
                     Some(Opposite::Plane(laid)) => Laid { ends, facing: laid.facing.clone(), reach: laid.reach },
                     _ => chain.laid(ends),
@@ -619,7 +620,7 @@ impl PairContact {
         for (trace, factor, _) in pressed.iter().filter(|(_, factor, _)| *factor != 0.0) {
             for (triangle, parts) in &faces.of_trace[*trace as usize] {
                 let corners = &mut at_corners[*triangle as usize];
-                corners.iter_mut().zip(parts).for_each(|(corner, part)| *corner += factor * part);
+                add(corners, *factor, parts);
             }
         }
         for (triangle, factors) in at_corners.into_iter().enumerate().filter(|(_, factors)| *factors != [0.0; 3]) {

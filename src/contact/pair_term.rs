@@ -1,6 +1,7 @@
 //! Contact of two parts as a term of the potential.
 
 use crate::compiled::by_dim;
+use crate::each::{Each, add};
 use crate::geometry::Point;
 use crate::term::{Coupling, Element, Form, Layout, Term, View};
 
@@ -63,8 +64,8 @@ impl Term for PairContact {
                 self.motion.add_force(point, &own.residual[k * dim..][..dim], &mut forces);
                 self.motion.add_force(point, &own.load_slope[k * dim..][..dim], &mut out.load_slope);
             }
-            squares += forces.iter().map(|force| force * force).sum::<f64>();
-            out.residual.iter_mut().zip(&forces).for_each(|(total, force)| *total += force);
+            squares += forces.summed(|force| force * force);
+            add(&mut out.residual, 1.0, &forces);
             if out.with_matrix {
                 by_dim!(dim, D => out.points.add::<D>(&points, &own.matrix));
             }
@@ -108,7 +109,7 @@ impl Term for PairContact {
     }
 
     fn rounding(&self) -> [f64; 2] {
-        let extent = self.contact_surfaces.iter().map(|contact_surface| contact_surface.extent).fold(0.0, f64::max);
+        let extent = self.contact_surfaces.largest(|contact_surface| contact_surface.extent);
         self.law.rounding(&self.contact_surfaces[0], extent)
     }
 

@@ -1,5 +1,6 @@
 //! Vertices of deformable faces: what they are of the displacements of nodes.
 
+use crate::each::{Each, add};
 use crate::geometry::Point;
 use crate::order::merged;
 
@@ -33,7 +34,7 @@ impl Movers {
             return *one;
         }
         let part = 1.0 / of.len() as f64;
-        let parts: Vec<(u32, f64)> = of.iter().map(|&k| (k, part)).collect();
+        let parts = of.mapped(|&k| (k, part));
         // The triangles of a facet share their common corner.
         if self.parts.last() == Some(&parts) {
             return self.parts.len() as u32 - 1;
@@ -84,8 +85,7 @@ impl Means {
                 }
             }
         }
-        let particles: Vec<Point<3>> =
-            contact_surface.traces.iter().map(|trace| positions[trace.particle as usize]).collect();
+        let particles: Vec<Point<3>> = contact_surface.traces.mapped(|trace| positions[trace.particle as usize]);
         for (k, list) in shared.iter_mut().enumerate() {
             for (l, both) in list {
                 let l = *l as usize;
@@ -101,7 +101,7 @@ impl Means {
 
     /// Changes $t_{KL}$ by least squares, symmetrically, so that vertices lie at the particles along flat faces.
     fn bring_to(&mut self, contact_surface: &ContactSurface, particles: &[Point<3>]) {
-        let normals: Vec<Point<3>> = contact_surface.traces.iter().map(|trace| contact_surface.normal(trace)).collect();
+        let normals = contact_surface.traces.mapped(|trace| contact_surface.normal(trace));
         let along = |k: usize, v: Point<3>| v - normals[k] * normals[k].dot(&v);
         // Pairs in one direction, with the means' distance times t: changes count in parts of t.
         let mut pairs: Vec<(usize, usize, Point<3>)> = Vec::new();
@@ -124,9 +124,9 @@ impl Means {
             .collect();
         // Conjugate gradients for least squares.
         let answer = |left: &[Point<3>]| -> Vec<f64> {
-            pairs.iter().map(|&(k, l, way)| way.dot(&along(k, left[k])) - way.dot(&along(l, left[l]))).collect()
+            pairs.mapped(|&(k, l, way)| way.dot(&along(k, left[k])) - way.dot(&along(l, left[l])))
         };
-        let square = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
+        let square = |v: &[f64]| v.summed(|x| x * x);
         let mut parts = vec![0.0; pairs.len()];
         let mut gradient = answer(&missing);
         let (mut direction, start) = (gradient.clone(), square(&gradient));
@@ -136,8 +136,8 @@ impl Means {
                 break;
             }
             let image = moved(&direction);
-            let step = size / image.iter().map(|v| v.norm_squared()).sum::<f64>();
-            parts.iter_mut().zip(&direction).for_each(|(part, d)| *part += step * d);
+            let step = size / image.summed(|v| v.norm_squared());
+            add(&mut parts, step, &direction);
             missing.iter_mut().zip(&image).for_each(|(left, by)| *left -= by * step);
             gradient = answer(&missing);
             let before = std::mem::replace(&mut size, square(&gradient));

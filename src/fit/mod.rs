@@ -212,9 +212,10 @@ impl Fit {
         let unusable = |what: String| FitError::Coefficient { law: self.family.name(), what };
         for (name, [low, high]) in &self.bounds {
             let names = coefficients.mapped(|c| c.name.as_str()).join(", ");
-            let Some(c) = coefficients.iter_mut().find(|c| c.name == *name) else {
-                return Err(unusable(format!("no coefficient {name}; there are {names}")));
-            };
+            let c = coefficients
+                .iter_mut()
+                .find(|c| c.name == *name)
+                .ok_or_else(|| unusable(format!("no coefficient {name}; there are {names}")))?;
             if low.is_nan() || high.is_nan() {
                 return Err(unusable(format!(
                     "bounds of {name} are {low} and {high}; give numbers, or infinity for none"

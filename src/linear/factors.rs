@@ -121,7 +121,7 @@ impl Cholesky {
     pub(super) fn solve(&mut self, values: &[f64], rhs: &mut [f64]) -> Result<(), LinearError> {
         let Cholesky { columns, rows, n, symbolic, values: factors, subdiagonal, forward, inverse, .. } = self;
         let n = *n;
-        let Some(kind) = self.kind else { return Err(LinearError::Library { what: "nothing was factorised".into() }) };
+        let kind = self.kind.ok_or_else(|| LinearError::Library { what: "nothing was factorised".into() })?;
         check_length("right-hand side", rhs.len(), n)?;
         check_length("list of values", values.len(), rows.len())?;
         if !self.checked {

@@ -26,7 +26,7 @@ impl Prony {
     /// [`Invalid`] for parts and times that are not finite and above zero, and parts that add up to 1 or more.
     pub fn of_instantaneous(pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, MaterialError> {
         let branches = checked("g", pairs)?;
-        let sum: f64 = branches.iter().map(|[g, _]| g).sum();
+        let sum = branches.summed(|[g, _]| *g);
         ensure!(
             !(sum >= 1.0),
             Invalid::new("material constant sum of g_i", sum, "parts that relax add up to less than 1")

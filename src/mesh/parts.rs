@@ -18,7 +18,7 @@ impl<const D: usize> Mesh<D> {
     /// # Errors
     /// Where no group of cells has the name.
     pub fn body(&self, name: &str) -> Result<Mesh<D>, MeshError> {
-        let Some(group) = self.group(D, name) else { return Err(self.missing("body", name, D..=D)) };
+        let group = self.group(D, name).ok_or_else(|| self.missing("body", name, D..=D))?;
         self.of_cells(&group.members)
     }
 
@@ -29,7 +29,7 @@ impl<const D: usize> Mesh<D> {
     pub fn without(&self, names: &[&str]) -> Result<Mesh<D>, MeshError> {
         let mut kept = vec![true; self.cell_count()];
         for name in names {
-            let Some(group) = self.group(D, name) else { return Err(self.missing("body", name, D..=D)) };
+            let group = self.group(D, name).ok_or_else(|| self.missing("body", name, D..=D))?;
             group.members.iter().for_each(|&member| kept[member as usize] = false);
         }
         let members: Vec<u32> = (0..kept.len() as u32).filter(|&cell| kept[cell as usize]).collect();

@@ -351,9 +351,8 @@ pub(super) fn checked(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Result<f64,
     let (mut low, mut high) = (Point::<3>::repeat(f64::INFINITY), Point::<3>::repeat(f64::NEG_INFINITY));
     for (facet, corners) in facets.iter().enumerate() {
         for &vertex in corners {
-            let Some(x) = vertices.get(vertex as usize) else {
-                return Err(SolidError::DanglingVertex { facet, vertex, count: vertices.len() }.into());
-            };
+            let dangling = SolidError::DanglingVertex { facet, vertex, count: vertices.len() };
+            let x = vertices.get(vertex as usize).ok_or(dangling)?;
             if let Some(&value) = x.iter().find(|value| !(value.abs() <= SIZES[1])) {
                 let what = format!("coordinate of vertex {vertex}, facet {facet}");
                 return Err(Invalid::new(what, value, "give finite coordinates of a size below 1e60").into());

@@ -3,6 +3,7 @@
 use std::ops::{AddAssign, Mul};
 
 use crate::assembly::Model;
+use crate::each::Each;
 use crate::error::Cause;
 use crate::linear::vector::{dot, norm};
 use crate::term::parted;
@@ -110,7 +111,7 @@ impl Applied {
 /// The largest change of a condensed unknown beside the largest of its term: where the displacement is prescribed, pressures
 /// settle after it.
 pub(super) fn condensed_change(model: &Model, steps: &[Vec<f64>], condensed: &[Vec<f64>]) -> f64 {
-    let largest = |v: &[f64]| v.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    let largest = |v: &[f64]| v.largest(|x| x.abs());
     let terms = steps.iter().zip(condensed).zip(model.terms());
     // What is remembered is no unknown.
     let mut sizes: Vec<f64> =

@@ -1,5 +1,6 @@
 //! One Newton solve: from a predicted state to an equilibrium under a control.
 
+use crate::each::{Each, add};
 use crate::error::Cause;
 
 use super::active_set::ActiveSetCycling;
@@ -132,8 +133,8 @@ impl Equilibrium<'_> {
     /// Pushes a state along the mode that it resists least.
     fn push(&mut self, state: &mut State) -> Result<(), Cause> {
         let mode = self.weakest_mode()?;
-        let size = PUSH * self.extent / mode.iter().fold(0.0f64, |largest, u| largest.max(u.abs()));
-        state.displacement.iter_mut().zip(&mode).for_each(|(d, u)| *d += size * u);
+        let size = PUSH * self.extent / mode.largest(|u| u.abs());
+        add(&mut state.displacement, size, &mode);
         Ok(())
     }
 

@@ -1,7 +1,7 @@
 //! Solutions of the linearised equations: the factors carry the symmetric part, sweeps or minimal residuals the rest.
 
 use crate::assembly::System;
-use crate::each::{Each, list_of};
+use crate::each::{Each, add, list_of};
 use crate::error::{Cause, LinearError};
 use crate::linear::minimal_residuals;
 use crate::linear::vector::norm;
@@ -89,7 +89,7 @@ impl Equilibrium<'_> {
         let mut step = solved?;
         match rhs {
             // Solutions have whole multipliers, steps their changes.
-            Rhs::Residual => step.multipliers.iter_mut().zip(&self.multipliers).for_each(|(new, old)| *new -= old),
+            Rhs::Residual => add(&mut step.multipliers, -1.0, &self.multipliers),
             Rhs::Load => step.load = 1.0,
             _ => {}
         }
@@ -143,7 +143,7 @@ impl Equilibrium<'_> {
             self.reduction.pattern.multiply_add(&self.values, &solution, &mut correction);
             if !symmetric {
                 self.skew_product(&solution, &mut skew);
-                correction.iter_mut().zip(&skew).for_each(|(p, s)| *p += s);
+                add(&mut correction, 1.0, &skew);
             }
             self.system.over_ranks(&mut correction);
             correction.iter_mut().zip(rhs).for_each(|(p, b)| *p = b - *p);
@@ -175,7 +175,7 @@ impl Equilibrium<'_> {
             before = residual;
             let (solver, reduced) = self.reduced();
             solver.solve(&reduced, &mut correction, None)?;
-            solution.iter_mut().zip(&correction).for_each(|(x, c)| *x += c);
+            add(&mut solution, 1.0, &correction);
         }
         Ok((solution, 0.0))
     }
@@ -195,7 +195,7 @@ impl Equilibrium<'_> {
             product.iter_mut().zip(last).zip(&skew).for_each(|((p, v), n)| *p = v + n);
             Ok(())
         })?;
-        solution.iter_mut().zip(&found).for_each(|(x, v)| *x += v);
+        add(solution, 1.0, &found);
         Ok(left)
     }
 

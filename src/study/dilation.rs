@@ -111,7 +111,7 @@ pub fn potential<const D: usize>(problem: &Problem<D>, state: &State) -> Result<
 fn work_rate(term: &dyn Term, view: View<'_>, d: &[f64], element: &mut Element) -> f64 {
     let mut sum = 0.0;
     each_force(term, 0..term.clusters(), view, element, |node, residual, _| {
-        sum -= residual.iter().zip(&d[node * term.dim()..]).map(|(force, d)| force * d).sum::<f64>();
+        sum -= residual.pair_sum(&d[node * term.dim()..], |force, d| force * d);
     });
     sum
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::each::Each;
+use crate::each::{Each, add};
 use crate::error::Error;
 use crate::material::Material;
 use crate::order;
@@ -94,7 +94,7 @@ impl<const D: usize> Answer<D> {
                 let mut change = of_terms(load.terms.clone());
                 let parts = load.terms.clone().filter_map(|term| Some((&*all[term], rest.view(term)?)));
                 let dead = residual(problem, parts);
-                change.residual.iter_mut().zip(dead).for_each(|(follower, dead)| *follower -= dead);
+                add(&mut change.residual, -1.0, &dead);
                 found.push(self.effect(&values, format!("that {} follows the surface", load.label), &change));
             }
         }

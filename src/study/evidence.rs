@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, Matrix3};
 
-use crate::each::{Each, EachOf, IntoEach, list_of, point_of};
+use crate::each::{Each, EachOf, IntoEach, add, list_of, point_of};
 use crate::error::Error;
 use crate::geometry::{Point, all_padded};
 use crate::material::{Material, Past};
@@ -159,7 +159,7 @@ impl<'a, const D: usize> Changes<'a, D> {
             return Ok(None);
         };
         let mut dual = difference(new, &carried(&self.carries, old, new));
-        dual.iter_mut().zip(&self.displacement).for_each(|(z, u)| *z -= half * u);
+        add(&mut dual, -half, &self.displacement);
         let mut sums = Vec::new();
         for (number, carry) in self.carries.iter().enumerate() {
             let table = self.fine.problem.discrete_bodies()[number].body().table();
@@ -202,7 +202,7 @@ fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
 fn dual_pressures<const D: usize>(answer: &Answer<D>, number: usize, dual: &[f64]) -> Option<Vec<f64>> {
     let (problem, state) = (&answer.problem, answer.path.last());
     let member = &problem.discrete_bodies()[number];
-    let largest = |field: &[f64]| field.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    let largest = |field: &[f64]| field.largest(|x| x.abs());
     let size = largest(dual);
     if !(size > 0.0) {
         return member.pressures(number, state).map(|pressures| vec![0.0; pressures.len()]);
@@ -282,7 +282,7 @@ fn linear<const D: usize>(points: impl Iterator<Item = (Point<D>, f64)>) -> (Poi
     let points: Vec<_> = points.collect();
     let count = points.len().max(1) as f64;
     let centre = points.iter().map(|(x, _)| x).sum::<Point<D>>() / count;
-    let mean = points.iter().map(|(_, value)| value).sum::<f64>() / count;
+    let mean = points.summed(|(_, value)| *value) / count;
     let mut gram = DMatrix::<f64>::zeros(D, D);
     let mut rhs = DVector::<f64>::zeros(D);
     for (x, value) in &points {

@@ -52,7 +52,7 @@ impl<const D: usize> Sides<D> {
         }
         let Source::Domain(domain) = source else { return Err(given().into()) };
         let lengths = edge_lengths(&**domain);
-        let longest = lengths.iter().copied().fold(0.0, f64::max);
+        let longest = lengths.largest(|x| *x);
         let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
         let first = if longest > THIN * shortest { longest / FIRST_ALONG } else { shortest / FIRST_ACROSS };
         // Sides that are nearly alike are taken as equal to the shortest, in favour of cells of any shape.

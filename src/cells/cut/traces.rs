@@ -214,7 +214,7 @@ impl<'a> Traces<'a> {
         let mut left = Vector4::new(1.0, 0.0, 0.0, 0.0);
         weights.iter().zip(&values).for_each(|(entry, value)| left -= basis(entry.0) * *value);
         let exact = left[0].abs() + left.norm() * scale < EXACT;
-        exact.then(|| weights.iter().zip(values).map(|(entry, value)| (entry.0, value)).collect())
+        exact.then(|| weights.paired(&values, |entry, value| (entry.0, *value)))
     }
 }
 

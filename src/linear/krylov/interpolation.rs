@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::assembly::Ranks;
-use crate::each::{Each, list_of};
+use crate::each::{Each, add, list_of};
 use crate::parallel::for_each_mut;
 use crate::simd::{Arithmetic, Task, dispatch};
 
@@ -251,7 +251,7 @@ impl Interpolation {
             self.rows.residual(0..self.own.len(), self.own.start, &zeros, z, &mut y[own]);
         }
         ranks.sum(y);
-        y.iter_mut().zip(x).for_each(|(y, x)| *y += x);
+        add(y, 1.0, x);
     }
 
     /// Chebyshev's iteration from zero, for the matrix or its transpose.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use nalgebra::Matrix4;
 
 use crate::assembly::{Pattern, Ranks};
-use crate::each::{Each, EachOf, array_of, list_of};
+use crate::each::{Each, EachOf, add, array_of, list_of};
 use crate::error::LinearError;
 use crate::parallel::map_with;
 use crate::term::{Product, Zone};
@@ -113,7 +113,7 @@ impl Solved<'_> {
         });
         let mut z = z;
         for (Piece { unknowns, .. }, (sums, volumes)) in pieces.iter().zip(done) {
-            y[unknowns.clone()].iter_mut().zip(&sums).for_each(|(y, s)| *y += s);
+            add(&mut y[unknowns.clone()], 1.0, &sums);
             let own;
             (own, z) = z.split_at_mut(volumes.len());
             own.copy_from_slice(&volumes);
@@ -161,7 +161,7 @@ impl Solved<'_> {
         );
         y.fill(0.0);
         for (first, sums) in pieces {
-            y[first..first + sums.len()].iter_mut().zip(&sums).for_each(|(y, s)| *y += s);
+            add(&mut y[first..first + sums.len()], 1.0, &sums);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::PoisonError;
 
-use crate::each::{Each, EachOf};
+use crate::each::{Each, EachOf, add};
 use crate::error::LinearError;
 
 use super::super::gmres::gmres;
@@ -41,7 +41,7 @@ impl Solved<'_> {
         let mut x = vec![0.0; right.len()];
         let residual = self.minimise(&right, &mut x, fully, progress)?;
         let (mine, q) = x.split_at(self.own.len());
-        met.iter_mut().zip(&self.gathered(mine)).for_each(|(m, u)| *m += u);
+        add(&mut met, 1.0, &self.gathered(mine));
         let mut left = vec![0.0; self.unknowns];
         self.multiply(&met, q, &mut left, &mut vec![0.0; q.len()]);
         total(self.ranks, &mut left);

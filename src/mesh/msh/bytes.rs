@@ -131,7 +131,7 @@ impl<'a> Bytes<'a> {
     }
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N], MeshError> {
-        let Some(bytes) = self.bytes.get(self.at..self.at.saturating_add(N)) else { return Err(self.truncated()) };
+        let bytes = self.bytes.get(self.at..self.at.saturating_add(N)).ok_or_else(|| self.truncated())?;
         self.at += N;
         let mut out = [0; N];
         out.copy_from_slice(bytes);
@@ -221,12 +221,14 @@ impl<'a> Bytes<'a> {
         self.skip_blank();
         let rest = &self.bytes[self.at..];
         let line = &rest[..rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len())];
-        let Some(start) = line.iter().position(|b| *b == b'"') else {
-            return Err(self.wrong("a physical group has no name in quotation marks"));
-        };
-        let Some(length) = line[start + 1..].iter().rposition(|b| *b == b'"') else {
-            return Err(self.wrong("the name of a physical group has no end"));
-        };
+        let start = line
+            .iter()
+            .position(|b| *b == b'"')
+            .ok_or_else(|| self.wrong("a physical group has no name in quotation marks"))?;
+        let length = line[start + 1..]
+            .iter()
+            .rposition(|b| *b == b'"')
+            .ok_or_else(|| self.wrong("the name of a physical group has no end"))?;
         self.at += start + length + 2;
         Ok(String::from_utf8_lossy(&line[start + 1..start + 1 + length]).into_owned())
     }

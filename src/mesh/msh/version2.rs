@@ -60,9 +60,8 @@ pub(super) fn elements(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(
             number = 0;
             ensure!(follow != 0, bytes.malformed("Elements", "a block holds no element".to_string()));
         }
-        let Some((shape, node_count)) = kind(kind_number) else {
-            return Err(MeshError::Kind { element: number.max(0) as u64, kind: kind_number });
-        };
+        let (shape, node_count) =
+            kind(kind_number).ok_or_else(|| MeshError::Kind { element: number.max(0) as u64, kind: kind_number })?;
         let tags = bytes.count_of(tags.max(0) as u64, 2, 4)?;
         for _ in 0..follow.min(count - read) {
             if !bytes.is_text() {

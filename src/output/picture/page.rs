@@ -49,7 +49,7 @@ impl Page {
     /// Without frames, where frames have other faces than the first one, and as [`Picture::to_svg`].
     pub fn to_html(&self) -> Result<String, OutputError> {
         let refused = |what: String| OutputError::Chart { title: self.title.clone(), what };
-        let Some((_, first)) = self.frames.first() else { return Err(refused("a page without a frame".to_string())) };
+        let (_, first) = self.frames.first().ok_or_else(|| refused("a page without a frame".to_string()))?;
         let mut frames = String::new();
         let (mut least, mut most) = first.range.unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
         for (label, picture) in &self.frames {

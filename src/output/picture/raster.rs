@@ -65,7 +65,7 @@ impl Canvas {
         let middle = Corner {
             at: [0, 1, 2].each(|i| corners.summed(|corner| corner.at[i]) / n),
             normal: corners.iter().map(|corner| corner.normal).sum(),
-            value: corners.iter().map(|corner| corner.value).sum::<f64>() / n,
+            value: corners.summed(|corner| corner.value) / n,
         };
         for (k, corner) in corners.iter().enumerate() {
             self.triangle([&middle, corner, &corners[(k + 1) % corners.len()]]);

@@ -1,5 +1,6 @@
 //! Normals and edges of a surface of faces.
 
+use crate::each::Each;
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
@@ -21,8 +22,7 @@ pub(super) struct Surface<'a> {
 
 impl<'a> Surface<'a> {
     pub(super) fn new(points: &[Vector3<f64>], rest: &[Vector3<f64>], faces: &'a [Vec<usize>]) -> Self {
-        let [normals, angles] =
-            [points, rest].map(|points| faces.iter().map(|face| normal(points, face)).collect::<Vec<_>>());
+        let [normals, angles] = [points, rest].map(|points| faces.mapped(|face| normal(points, face)));
         let mut around = vec![Vec::new(); points.len()];
         let mut numbers: HashMap<[usize; 2], usize> = HashMap::new();
         let mut edges: Vec<([usize; 2], Vec<u32>)> = Vec::new();

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::cells::{Cells, CutLattice, Triangulation, Voronoi};
-use crate::each::array_of;
+use crate::each::{Each, array_of};
 use crate::error::{Error, GeometryError};
 use crate::geometry::{Block, Domain, Point, Region};
 use crate::mesh::Mesh;
@@ -103,7 +103,7 @@ impl From<Solid3> for Geometry<3> {
                     let own = |i: usize| sides[i] / (counts[i].max(2) - 1) as f64;
                     let spacings = [own(0), own(1), own(2)];
                     match even {
-                        true => spacings.iter().copied().fold(0.0, f64::max),
+                        true => spacings.largest(|x| *x),
                         false => spacings.iter().copied().fold(f64::INFINITY, f64::min),
                     }
                 }

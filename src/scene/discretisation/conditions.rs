@@ -8,6 +8,7 @@ use crate::boundary::{
     Claims, Constraints, FacetFunctions, Prescription, Sums, check_component, is_redundant, moved, rounding, scaled,
 };
 use crate::cells::{BoundaryCells, Cells, TraceChoice};
+use crate::each::Each;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::{Part, Point, all_padded, padded};
 use crate::shape::Approximation;
@@ -101,7 +102,7 @@ pub(crate) fn equations<const D: usize>(
     let names = of.scene.rigid_names();
     let still =
         |(number, place): &(usize, Place<D>)| Condition::on(place.clone()).displacement([0.0; D]).named(names[*number]);
-    let still: Vec<Condition<D>> = tied.iter().map(still).collect();
+    let still = tied.mapped(still);
     let given = mine.iter().map(|(number, place)| (&of.scene.conditions[*number], place));
     let all: Vec<(&Condition<D>, &Place<D>)> = given.chain(still.iter().zip(tied.iter().map(|tie| &tie.1))).collect();
     let mut requests: Vec<Vec<Request<'_, D>>> = Vec::with_capacity(all.len());
@@ -192,7 +193,7 @@ fn normals<const D: usize>(
     }
     let normals = cells.boundary(part, 1, 2)?.normals_at_particles();
     let normal = |particle: &usize| normals.get(&(*particle as u32)).map_or_else(Point::zeros, padded);
-    Ok(particles.iter().map(normal).collect())
+    Ok(particles.mapped(normal))
 }
 
 /// Refuses values that take a point of a body of revolution to its axis or beyond, where its hoops would be inverted.
@@ -277,7 +278,7 @@ impl<const D: usize> Conditioned<'_, D> {
         let within = single.place.within.is_some().then_some(&holds as _);
         let choice = TraceChoice { within, facing: Some(&facing), without };
         let pieces = self.cells.boundary_pieces_for(part, facets.parts, facets.gauss, &choice)?;
-        Ok(pieces.iter().map(BoundaryCells::padded).collect())
+        Ok(pieces.mapped(BoundaryCells::padded))
     }
 
     /// Adds the equations of one direction of a condition; integrals of the one before are kept where its pieces are the same.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::assembly::Model;
+use crate::each::{add, sum_of};
 use crate::error::{Error, Incompatible};
 use crate::geometry::{Point, padded};
 use crate::linear::vector::dot;
@@ -131,7 +132,7 @@ impl Term for Rigidity {
         let (dim, size) = (self.frame.dim, self.frame.unknowns().len());
         for ((strain, slope), pi) in self.frame.strains(view.displacement).iter().zip(&view.condensed[1..]) {
             let force = self.unit * pi + self.stiffness * strain;
-            out.residual.iter_mut().zip(slope).for_each(|(r, s)| *r += force * s);
+            add(&mut out.residual, force, slope);
             for (k, entry) in out.matrix.iter_mut().enumerate() {
                 *entry += self.stiffness * slope[k / size] * slope[k % size];
             }
@@ -198,7 +199,7 @@ impl Term for Moment {
         let (dim, size) = (self.frame.dim, self.frame.unknowns().len());
         for k in 0..=dim {
             for i in 0..dim {
-                let force: f64 = (0..dim).map(|axis| stress[(i, axis)] * self.frame.slope(k, axis)).sum();
+                let force = sum_of(dim, |axis| stress[(i, axis)] * self.frame.slope(k, axis));
                 out.residual[k * dim + i] += factor * force;
                 out.load_slope[k * dim + i] += change * force;
             }
@@ -208,7 +209,7 @@ impl Term for Moment {
         }
         for k in 0..=dim {
             for l in 0..=dim {
-                let both: f64 = (0..dim).map(|axis| self.frame.slope(k, axis) * self.frame.slope(l, axis)).sum();
+                let both = sum_of(dim, |axis| self.frame.slope(k, axis) * self.frame.slope(l, axis));
                 for i in 0..dim {
                     for j in 0..dim {
                         out.matrix[(l * dim + j) * size + k * dim + i] += factor * self.turning[(i, j)] * both;

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, Matrix3};
 
 use crate::boundary::{Order, facet_order};
 use crate::cells::BoundaryCells;
+use crate::each::{Each, list_of};
 use crate::error::Error;
 use crate::geometry::{Bounds, Point, all_padded, unit};
 use crate::kinematics::Kinematics;
@@ -51,7 +52,7 @@ impl Facets {
             let mean = |values: &[Point<3>]| values.iter().zip(weights).map(|(x, w)| x * *w).sum::<Point<3>>() / area;
             let middle = mean(positions);
             let size = if dim == 1 { 1.0 } else { area.powf(1.0 / (dim as f64 - 1.0)) };
-            let farthest = positions.iter().map(|x| (x - middle).norm()).fold(0.0, f64::max);
+            let farthest = positions.largest(|x| (x - middle).norm());
             // Two Gauss points a side lie at 1/√3 of the way to the corners.
             facets.longest = facets.longest.max(size).max(2.0 * 3f64.sqrt() * farthest);
             facets.shapes.push(if dim < 3 {
@@ -170,7 +171,7 @@ pub(crate) fn carried(mortar: &Face, other: &Face) -> Traces {
     let cells = &*mortar.cells;
     let facets = Facets::of(mortar.dim, cells);
     let all: Vec<usize> = (0..facets.middles.len()).collect();
-    let fits: Vec<Fit> = all.iter().map(|&k| Fit::new(cells, &facets, k)).collect();
+    let fits = all.mapped(|&k| Fit::new(cells, &facets, k));
     let mut carried: Traces = Vec::with_capacity(other.positions().len());
     for x in other.positions() {
         let mut values: Vec<(u32, f64)> = Vec::new();
@@ -223,7 +224,7 @@ impl Fit {
         }
         tangents.iter_mut().for_each(|tangent| *tangent /= size);
         let mut fit = Fit { middle, tangents, inverse: DMatrix::zeros(0, 0) };
-        let rows: Vec<Vec<f64>> = positions.iter().map(|x| fit.functions(x, positions.len())).collect();
+        let rows = positions.mapped(|x| fit.functions(x, positions.len()));
         let functions = rows.first().map_or(0, Vec::len);
         let matrix = DMatrix::from_fn(rows.len(), functions, |i, j| rows[i][j]);
         fit.inverse = matrix.pseudo_inverse(1e-10).unwrap_or_else(|_| DMatrix::zeros(functions, rows.len()));
@@ -232,7 +233,7 @@ impl Fit {
 
     /// 1, and as many of s, t, st as the points of a facet determine.
     fn functions(&self, x: &Point<3>, points: usize) -> Vec<f64> {
-        let local: Vec<f64> = self.tangents.iter().map(|tangent| (x - self.middle).dot(tangent)).collect();
+        let local = self.tangents.mapped(|tangent| (x - self.middle).dot(tangent));
         match (local.as_slice(), points) {
             (_, 1) | ([], _) => vec![1.0],
             (&[s], _) => vec![1.0, s],
@@ -245,9 +246,7 @@ impl Fit {
     /// The parts of the facet's points in the value at a point.
     fn parts(&self, x: &Point<3>) -> Vec<f64> {
         let functions = self.functions(x, self.inverse.ncols());
-        (0..self.inverse.ncols())
-            .map(|k| functions.iter().enumerate().map(|(f, v)| v * self.inverse[(f, k)]).sum())
-            .collect()
+        list_of(self.inverse.ncols(), |k| functions.iter().enumerate().map(|(f, v)| v * self.inverse[(f, k)]).sum())
     }
 }
 

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use crate::each::{Each, add};
 use crate::geometry::Point;
 use crate::linear::vector::dot;
 
@@ -35,7 +36,7 @@ impl<'a> Weighed<'a> {
             let offset = (x - centre) / size;
             [1.0, offset[0], offset[1], offset[2]]
         };
-        Weighed { weights: &face.weights, xi: face.positions().iter().map(linear).collect() }
+        Weighed { weights: &face.weights, xi: face.positions().mapped(linear) }
     }
 
     /// Measure and first moments of the face.
@@ -49,7 +50,7 @@ impl<'a> Weighed<'a> {
     fn add(&self, functions: &Values, sign: f64, moments: &mut [f64]) {
         for ((values, q), weight) in functions.iter().zip(&self.xi).zip(self.weights) {
             for &(j, value) in values {
-                moments[4 * j..].iter_mut().zip(q).for_each(|(m, q)| *m += sign * weight * value * q);
+                add(&mut moments[4 * j..], sign * weight * value, q);
             }
         }
     }
@@ -59,9 +60,7 @@ impl<'a> Weighed<'a> {
 /// change in terms of the functions themselves that leaves their sums one, by conjugate gradients.
 pub(crate) fn correct(traces: &mut Traces, mortar: &Face, [own, at]: [&Weighed<'_>; 2]) {
     let number: HashMap<u32, usize> = mortar.order.0.iter().enumerate().map(|(k, &p)| (p, k)).collect();
-    let numbered = |traces: &Traces| -> Values {
-        traces.iter().map(|traces| traces.iter().map(|&(p, v)| (number[&p], v)).collect()).collect()
-    };
+    let numbered = |traces: &Traces| -> Values { traces.mapped(|traces| traces.mapped(|&(p, v)| (number[&p], v))) };
     let (mut functions, mut wanted) = (numbered(traces), vec![0.0; 4 * number.len()]);
     own.add(&numbered(&mortar.cells.traces), 1.0, &mut wanted);
     let missing_of = |functions: &Values| {
@@ -69,7 +68,7 @@ pub(crate) fn correct(traces: &mut Traces, mortar: &Face, [own, at]: [&Weighed<'
         at.add(functions, -1.0, &mut missing);
         missing
     };
-    let bounds = functions.iter().map(|values| values.iter().map(|&(j, v)| (j, v.max(0.0))).collect()).collect();
+    let bounds = functions.mapped(|values| values.mapped(|&(j, v)| (j, v.max(0.0))));
     let system = Changes { bounds, at };
     let mut missing = missing_of(&functions);
     for _ in 0..ROUNDS {
@@ -99,9 +98,9 @@ impl Changes<'_> {
     fn of(&self, alpha: &[f64]) -> Values {
         let at_point = |(bounds, xi): (&Vec<(usize, f64)>, &[f64; 4])| {
             let along = |j: usize| dot(xi, &alpha[4 * j..]);
-            let total = bounds.iter().map(|b| b.1).sum::<f64>().max(f64::MIN_POSITIVE);
-            let mean = bounds.iter().map(|&(j, w)| w * along(j)).sum::<f64>() / total;
-            bounds.iter().map(|&(j, w)| (j, w * (along(j) - mean))).collect()
+            let total = bounds.summed(|b| b.1).max(f64::MIN_POSITIVE);
+            let mean = bounds.summed(|&(j, w)| w * along(j)) / total;
+            bounds.mapped(|&(j, w)| (j, w * (along(j) - mean)))
         };
         self.bounds.iter().zip(&self.at.xi).map(at_point).collect()
     }
@@ -120,8 +119,8 @@ impl Changes<'_> {
                 break;
             }
             let step = square / curvature;
-            alpha.iter_mut().zip(&direction).for_each(|(a, d)| *a += step * d);
-            rest.iter_mut().zip(&image).for_each(|(r, i)| *r -= step * i);
+            add(&mut alpha, step, &direction);
+            add(&mut rest, -step, &image);
             let next = dot(&rest, &rest);
             direction.iter_mut().zip(&rest).for_each(|(d, r)| *d = r + next / square * *d);
             square = next;

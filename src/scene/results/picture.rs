@@ -110,7 +110,7 @@ impl ProblemView<'_> {
             let own = faces_beside(self.dim, shape, &mut faces, &mut bonded, positions);
             let points = &shape.points;
             rigid.extend(points.iter().map(bits).zip(moved.iter().copied()));
-            let current: Vec<Point<3>> = points.iter().zip(&moved).map(|(x, u)| x + u).collect();
+            let current = points.paired(&moved, |x, u| x + u);
             drawn.add(Divided::new(points, &own, 1), current, &|_| f64::NAN);
         }
         let value = |psi: &ShapeFunctions<3>, u: &Point<3>| match field {

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Rotation3, SMatrix};
 
+use crate::each::Each;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::{Point, padded};
 use crate::solve::State;
@@ -42,7 +43,7 @@ impl<const D: usize> Problem<D> {
     pub fn rigid_motion(&self, state: &State, name: &str) -> Result<RigidMotion<D>, Error> {
         self.check_length(state)?;
         let Some(frame) = self.frames.iter().find(|frame| frame.name == name) else {
-            let known = self.frames.iter().map(|frame| frame.name.as_str()).collect::<Vec<_>>().join("; ");
+            let known = self.frames.mapped(|frame| frame.name.as_str()).join("; ");
             return Err(BoundaryError::UnknownBody { requested: name.to_string(), known }.into());
         };
         let (displacement, rotation) = frame.motion(&state.displacement);

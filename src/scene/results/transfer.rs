@@ -1,6 +1,7 @@
 //! States carried from one discretisation of a scene to another.
 
 use crate::compiled::compiled;
+use crate::each::add;
 use crate::error::{ApproximationError, Error};
 use crate::geometry::cut;
 use crate::linear::vector::{dot, norm};
@@ -29,7 +30,7 @@ pub(crate) fn coefficients(dim: usize, functions: &[ShapeFunctions<3>], wanted: 
         // Steps that leave least: where spacings jump, full ones lead away.
         let answer = values(dim, functions, &missing);
         let step = dot(&missing, &answer) / dot(&answer, &answer);
-        found.iter_mut().zip(missing).for_each(|(found, missing)| *found += step * missing);
+        add(&mut found, step, &missing);
     }
     found
 }
@@ -40,7 +41,7 @@ pub(crate) fn values(dim: usize, functions: &[ShapeFunctions<3>], field: &[f64])
     for (value, psi) in values.chunks_exact_mut(dim).zip(functions) {
         for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
             let given = &field[node as usize * dim..];
-            value.iter_mut().zip(given).for_each(|(value, given)| *value += psi * given);
+            add(value, *psi, given);
         }
     }
     values

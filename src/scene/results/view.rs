@@ -416,7 +416,7 @@ impl ProblemView<'_> {
     pub(super) fn rigid_shapes(&self, state: &State) -> impl Iterator<Item = (&RigidShape, Vec<Point<3>>)> {
         let moved = |frame: &RigidFrame, x: &Point<3>| frame.displacement(x, &state.displacement);
         let all = self.frames.iter().flat_map(|frame| frame.shapes.iter().map(move |shape| (frame, shape)));
-        all.map(move |(frame, shape)| (shape, shape.points.iter().map(|x| moved(frame, x)).collect()))
+        all.map(move |(frame, shape)| (shape, shape.points.mapped(|x| moved(frame, x))))
     }
 
     /// Displacements at all particles.

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::boundary::{ConstraintEquation, Constraints};
-use crate::each::Each;
+use crate::each::{Each, add};
 use crate::error::{Error, Incompatible};
 use crate::linear::vector::dot;
 use crate::scene::Problem;
@@ -145,8 +145,8 @@ fn carried(equations: &[ConstraintEquation], forces: &[f64]) -> Vec<f64> {
             equation.entries.iter().for_each(|&(k, c)| change[k] += c * step);
         }
         let part = size / dot(&change, &change);
-        left.iter_mut().zip(&change).for_each(|(left, change)| *left += part * change);
-        multipliers.iter_mut().zip(&step).for_each(|(multiplier, step)| *multiplier += part * step);
+        add(&mut left, part, &change);
+        add(&mut multipliers, part, &step);
         along = rows(&left).mapped(|r| -r);
         let next = dot(&along, &along);
         let ratio = next / size;

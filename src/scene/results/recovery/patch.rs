@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Vector3};
 
-use crate::each::Each;
+use crate::each::{Each, add};
 use crate::geometry::Point;
 
 use super::{EQUILIBRIUM, Facet, Fit, RIDGE, Recovery, length, terms};
@@ -93,7 +93,7 @@ impl Recovery<'_> {
                     system.add_pressure(&terms, pressure, weight);
                 }
                 for ((left, right), phi) in tested.iter_mut().zip(functions) {
-                    left.iter_mut().zip(&terms).for_each(|(l, t)| *l += weight * phi * t);
+                    add(left, weight * phi, &terms);
                     *right += weight * phi * pressure;
                 }
             }
