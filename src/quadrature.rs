@@ -70,6 +70,22 @@ pub(crate) fn check_point_count(cells: usize, per_cell: usize) -> Result<(), Geo
     Ok(())
 }
 
+/// Refuses no sub-cells.
+pub(crate) fn check_parts(parts: usize) -> Result<(), GeometryError> {
+    refuse_parts(parts, parts == 0, "at least 1 is needed")
+}
+
+/// Refuses sub-cells that are neither cells nor their halves.
+pub(crate) fn check_halves(parts: usize, needed: &'static str) -> Result<(), GeometryError> {
+    check_parts(parts)?;
+    refuse_parts(parts, parts > 2, needed)
+}
+
+fn refuse_parts(count: usize, refused: bool, needed: &'static str) -> Result<(), GeometryError> {
+    ensure!(!refused, GeometryError::Count { what: "sub-cells per direction", count, needed });
+    Ok(())
+}
+
 /// Weighted points in a body or on its boundary, grouped by cell or zone.
 ///
 /// Weights are coordinate measures (length, area, volume); the kinematics adds its own factor when a
@@ -128,6 +144,12 @@ impl<const D: usize> Points<D> {
             kept.normals = numbers.mapped(|&k| self.normals[k]);
         }
         (kept, numbers)
+    }
+
+    /// Adds a point.
+    pub(crate) fn push(&mut self, at: Point<D>, weight: f64) {
+        self.positions.push(at);
+        self.weights.push(weight);
     }
 
     /// Closes the current group.

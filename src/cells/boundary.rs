@@ -37,6 +37,28 @@ pub struct BoundaryCells<const D: usize> {
 }
 
 impl<const D: usize> BoundaryCells<D> {
+    /// Without facets.
+    pub(crate) fn empty() -> Self {
+        BoundaryCells { points: Points::empty(), traces: Vec::new() }
+    }
+
+    /// The facets of several pieces.
+    pub(super) fn joined(pieces: Vec<Self>) -> Self {
+        let mut all = BoundaryCells::empty();
+        for piece in pieces {
+            all.points.append(piece.points);
+            all.traces.extend(piece.traces);
+        }
+        all
+    }
+
+    /// Adds a point to a facet.
+    pub(super) fn push(&mut self, at: Point<D>, weight: f64, normal: Point<D>, traces: Vec<(u32, f64)>) {
+        self.points.push(at, weight);
+        self.points.normals.push(normal);
+        self.traces.push(traces);
+    }
+
     /// The mean outward normals at the particles, weighted by their trace functions; none for particles without a trace function.
     pub(crate) fn normals_at_particles(&self) -> HashMap<u32, Point<D>> {
         let mut normals = HashMap::new();
@@ -75,7 +97,7 @@ impl<const D: usize> BoundaryCells<D> {
 
     /// The facets whose number and middle a predicate holds for.
     pub(crate) fn facets(&self, holds: &dyn Fn(usize, &Point<D>) -> bool) -> Self {
-        let mut kept = BoundaryCells { points: Points::empty(), traces: Vec::new() };
+        let mut kept = BoundaryCells::empty();
         for (number, group) in self.points.groups.windows(2).enumerate() {
             let range = group[0]..group[1];
             let middle = self.points.positions[range.clone()].iter().sum::<Point<D>>() / range.len().max(1) as f64;

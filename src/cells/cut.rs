@@ -26,7 +26,7 @@ use crate::error::{ApproximationError, GeometryError, Invalid};
 use crate::geometry::{Part, Point};
 use crate::order;
 use crate::particles::{Particles, Support, check_dilation};
-use crate::quadrature::{Points, check_point_count};
+use crate::quadrature::{Points, check_halves, check_point_count};
 use crate::solid::{OPPOSITE, Solid3};
 
 use super::inertia::Inertia;
@@ -352,14 +352,9 @@ impl CutLattice {
 
     /// Bricks per side of a spacing that a sub-cell has; refuses other numbers of sub-cells.
     fn check_parts(parts: usize) -> Result<(), GeometryError> {
-        let needed = match parts {
-            1 | 2 => return Ok(()),
-            0 => "at least 1 is needed",
-            _ => {
-                "cells of a cut lattice are taken whole or in halves, which counts as 2 parts: take a basis of order 1"
-            }
-        };
-        Err(GeometryError::Count { what: "sub-cells per direction", count: parts, needed })
+        let needed =
+            "cells of a cut lattice are taken whole or in halves, which counts as 2 parts: take a basis of order 1";
+        check_halves(parts, needed)
     }
 
     /// Points of a section with $n\,\mathrm dA$ along its axis.
@@ -467,8 +462,8 @@ impl CutLattice {
     fn inner(&self, zones: &Zones) -> (Vec<Inner>, Vec<u32>) {
         let mut zone_of = vec![NONE; self.parts.parts.len()];
         let mut inner = vec![Inner::default(); zones.offsets.len().saturating_sub(1)];
-        for (zone, range) in zones.offsets.windows(2).enumerate() {
-            for &part in zones.cells[range[0]..range[1]].iter().flat_map(|cell| &self.cells[*cell as usize]) {
+        for (zone, cells) in zones.each().enumerate() {
+            for &part in cells.iter().flat_map(|cell| &self.cells[*cell as usize]) {
                 zone_of[part as usize] = zone as u32;
                 inner[zone].add_part(&self.parts.parts[part as usize]);
             }
@@ -572,8 +567,7 @@ impl CutLattice {
     fn boundary_cells(&self, places: &[Place], groups: Vec<usize>, traces: Vec<Vec<(u32, f64)>>) -> BoundaryCells<3> {
         let mut cells = BoundaryCells { points: Points::empty(), traces };
         for place in places {
-            cells.points.positions.push(self.frame.place(&place.at));
-            cells.points.weights.push(place.measure);
+            cells.points.push(self.frame.place(&place.at), place.measure);
             cells.points.normals.push(self.frame.turned(&place.normal));
         }
         cells.points.groups.extend(groups);
@@ -804,39 +798,30 @@ impl Cells<3> for CutLattice {
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<3>, GeometryError> {
-        zones.validate(self.cells.len())?;
         let whole = Rules::new(n)?;
         check_point_count(self.cells.len(), n.saturating_pow(3))?;
         // Cut sub-cells are far smaller than bricks, and made of tetrahedra.
         let part = Rules::new(n.div_ceil(4))?;
         let measure = self.frame.size.powi(3);
-        let mut points = Points::empty();
-        for zone in zones.offsets.windows(2) {
-            for &cell in &zones.cells[zone[0]..zone[1]] {
-                let mut add = |at: Point<3>, weight: f64| {
-                    points.positions.push(self.frame.place(&at));
-                    points.weights.push(weight * measure);
-                };
-                if self.is_whole(cell as usize) {
-                    let (corner, size) = self.lowest(cell as usize);
-                    whole.in_brick(&Point::<3>::from(corner.each(f64::from)), f64::from(size), &mut add);
-                    continue;
-                }
-                for &own in &self.cells[cell as usize] {
-                    let own_part = &self.parts.parts[own as usize];
-                    match self.is_whole_part(own) {
-                        true => {
-                            let (centre, size) = (own_part.centre, f64::from(self.size(own_part.brick)));
-                            part.in_brick(&(centre - Point::<3>::repeat(0.5 * size)), size, &mut add);
-                        }
-                        false if n <= 8 => self.by_moments(&[own], &mut add),
-                        false => self.in_part(&part, own, &mut add),
+        zones.points(self.cells.len(), |cell, points| {
+            let mut add = |at: Point<3>, weight: f64| points.push(self.frame.place(&at), weight * measure);
+            if self.is_whole(cell) {
+                let (corner, size) = self.lowest(cell);
+                whole.in_brick(&Point::<3>::from(corner.each(f64::from)), f64::from(size), &mut add);
+                return;
+            }
+            for &own in &self.cells[cell] {
+                let own_part = &self.parts.parts[own as usize];
+                match self.is_whole_part(own) {
+                    true => {
+                        let (centre, size) = (own_part.centre, f64::from(self.size(own_part.brick)));
+                        part.in_brick(&(centre - Point::<3>::repeat(0.5 * size)), size, &mut add);
                     }
+                    false if n <= 8 => self.by_moments(&[own], &mut add),
+                    false => self.in_part(&part, own, &mut add),
                 }
             }
-            points.close_group();
-        }
-        Ok(points)
+        })
     }
 
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<3>, GeometryError> {
@@ -845,20 +830,12 @@ impl Cells<3> for CutLattice {
         let rules = Rules::new(gauss)?;
         check_point_count(self.sections.sections.len(), gauss.saturating_pow(2))?;
         let area = self.frame.size * self.frame.size;
-        let mut out = Smoothing {
-            facet_points: Vec::new(),
-            facet_areas: Vec::new(),
-            facet_offsets: vec![0],
-            cells: Vec::new(),
-            interior: Vec::new(),
-            centres: Vec::new(),
-            groups: vec![0],
-        };
+        let mut out = Smoothing::empty();
         // Facets are sections and then the surfaces of sub-cells; those that nobody asks for are not made.
         let mut of_section: Vec<u32> = vec![NONE; self.sections.sections.len()];
         let (volume_rule, faces) = (Rules::new(2)?, Faces::new(&self.sections, &self.parts));
-        for zone in zones.offsets.windows(2) {
-            for &cell in &zones.cells[zone[0]..zone[1]] {
+        for zone in zones.each() {
+            for &cell in zone {
                 let own = &self.cells[cell as usize];
                 let runs: Vec<&[u32]> = if parts == 1 { vec![&own[..]] } else { own.chunks(1).collect() };
                 for run in runs {
@@ -923,13 +900,13 @@ impl Cells<3> for CutLattice {
     }
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<3>, GeometryError> {
-        Ok(joined(self.boundary_pieces(part, parts, gauss)?))
+        Ok(BoundaryCells::joined(self.boundary_pieces(part, parts, gauss)?))
     }
 
     fn boundary_points(&self, part: &Part, parts: usize, gauss: usize) -> Result<Points<3>, GeometryError> {
         let sites = self.sites(&self.pieces(part)?, [parts, gauss], None)?;
         let without = sites.into_iter().map(|site| self.boundary_cells(&site.places, site.groups, Vec::new()));
-        Ok(joined(without.collect()).points)
+        Ok(BoundaryCells::joined(without.collect()).points)
     }
 
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<3>>, GeometryError> {
@@ -951,7 +928,7 @@ impl Cells<3> for CutLattice {
     }
 
     fn contact_boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<3>, GeometryError> {
-        Ok(joined(self.traces(part, [parts, gauss], true, &TraceChoice::default())?))
+        Ok(BoundaryCells::joined(self.traces(part, [parts, gauss], true, &TraceChoice::default())?))
     }
 
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
@@ -1002,14 +979,4 @@ fn crosses(from: &Point<3>, to: &Point<3>, [a, b, c]: &[Point<3>; 3]) -> bool {
         |p: &Point<3>, q: &Point<3>, r: &Point<3>, s: &Point<3>| (q - p).dot(&parts::cross(&(r - p), &(s - p)));
     let sides = [(a, b), (b, c), (c, a)].each(|(p, q)| volume(from, to, p, q) > 0.0);
     sides[0] == sides[1] && sides[1] == sides[2] && (volume(from, a, b, c) > 0.0) != (volume(to, a, b, c) > 0.0)
-}
-
-/// Boundary cells of several pieces.
-fn joined(pieces: Vec<BoundaryCells<3>>) -> BoundaryCells<3> {
-    let mut all = BoundaryCells { points: Points::empty(), traces: Vec::new() };
-    for piece in pieces {
-        all.points.append(piece.points);
-        all.traces.extend(piece.traces);
-    }
-    all
 }

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::each::{Each, list_of};
 use crate::error::GeometryError;
 use crate::geometry::Point;
-use crate::quadrature::{Points, gauss_legendre};
+use crate::quadrature::{check_parts, gauss_legendre};
 
 use super::BoundaryCells;
 use super::mesh::{Mesh, Piece, parabola};
@@ -44,12 +44,9 @@ fn with_traces(
     gauss: usize,
     curved: bool,
 ) -> Result<BoundaryCells<2>, GeometryError> {
-    ensure!(
-        parts != 0,
-        GeometryError::Count { what: "sub-cells per direction", count: 0, needed: "at least 1 is needed" }
-    );
+    check_parts(parts)?;
     let (abscissae, weights) = gauss_legendre(on_facets(gauss, mesh.is_curved()))?;
-    let mut cells = BoundaryCells { points: Points::empty(), traces: Vec::new() };
+    let mut cells = BoundaryCells::empty();
     let at = |k: usize| mesh.positions[piece.particles[k] as usize];
     let normals = Normals::of(mesh, piece);
     for chord in 0..piece.particles.len() - 1 {
@@ -62,14 +59,12 @@ fn with_traces(
                 let (position, along) = parabola(&from, &to, &bulge, t);
                 let length = along.norm();
                 let normal = Point::<2>::new(along[1], -along[0]) / length;
-                cells.points.positions.push(position);
-                cells.points.weights.push(length * w / parts as f64);
-                cells.points.normals.push(normal);
-                cells.traces.push(if window.len() >= 3 {
+                let traces = if window.len() >= 3 {
                     normals.traces(piece, &window, chord, t, &normal)
                 } else {
                     vec![(piece.particles[chord], 1.0 - t), (piece.particles[chord + 1], t)]
-                });
+                };
+                cells.push(position, length * w / parts as f64, normal, traces);
             }
         }
         cells.points.close_group();

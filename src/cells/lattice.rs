@@ -6,6 +6,7 @@ use crate::each::{Each, EachOf, array_of, list_of, point_of};
 use crate::error::{GeometryError, Invalid};
 use crate::geometry::{Domain, Point, check_dimension};
 use crate::parallel::map_ranges;
+use crate::quadrature::check_parts;
 
 use super::Layout;
 use super::brick::{Shape, area_vector, determinant, multilinear, ravel, unravel};
@@ -330,10 +331,7 @@ impl<const D: usize> Lattice<D> {
     /// # Errors
     /// For no part, or where the lattice would grow too large.
     pub fn refined(&self, parts: usize) -> Result<Lattice<D>, GeometryError> {
-        ensure!(
-            parts != 0,
-            GeometryError::Count { what: "sub-cells per direction", count: 0, needed: "at least 1 is needed" }
-        );
+        check_parts(parts)?;
         let counts = self.counts.each(|c| (c - 1).saturating_mul(parts).saturating_add(1));
         let total = counts.iter().fold(1usize, |product, &count| product.saturating_mul(count));
         if total > NODE_LIMIT {

@@ -44,24 +44,17 @@ impl<const D: usize> Lattice<D> {
         let (abscissae, weights) = gauss_legendre(n)?;
         let shape = [n; D];
         let per_cell = n.pow(D as u32);
-        zones.validate(self.cell_count())?;
         check_point_count(zones.cells.len(), per_cell)?;
-        let mut points = Points::empty();
-        for zone in zones.offsets.windows(2) {
-            for &cell in &zones.cells[zone[0]..zone[1]] {
-                let cell = self.shape(cell as usize);
-                for point in 0..per_cell {
-                    let index = unravel(point, &shape);
-                    let at = point_of::<D>(|i| abscissae[index[i]]);
-                    let (position, jacobian) = cell.map(&at);
-                    let weight: f64 = index.iter().map(|&i| weights[i]).product();
-                    points.positions.push(position);
-                    points.weights.push(weight * determinant(&jacobian));
-                }
+        zones.points(self.cell_count(), |cell, points| {
+            let cell = self.shape(cell);
+            for point in 0..per_cell {
+                let index = unravel(point, &shape);
+                let at = point_of::<D>(|i| abscissae[index[i]]);
+                let (position, jacobian) = cell.map(&at);
+                let weight: f64 = index.iter().map(|&i| weights[i]).product();
+                points.push(position, weight * determinant(&jacobian));
             }
-            points.close_group();
-        }
-        Ok(points)
+        })
     }
 
     /// The faces a part consists of.

@@ -360,8 +360,7 @@ pub(crate) fn collapse(
     for (s, ws) in rule.0.iter().zip(&rule.1) {
         for (t, wt) in rule.0.iter().zip(&rule.1) {
             let (position, jacobian) = bent(corners, bulges, (1.0 - t) * s, t * s);
-            points.positions.push(position);
-            points.weights.push(jacobian * ws * wt * s);
+            points.push(position, jacobian * ws * wt * s);
         }
     }
 }

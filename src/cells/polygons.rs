@@ -62,13 +62,11 @@ impl Polygons {
         let (abscissae, weights) = gauss_legendre(gauss)?;
         let curved = gauss_legendre(3)?;
         let mut smoothing = Smoothing {
-            facet_points: Vec::new(),
-            facet_areas: Vec::new(),
-            facet_offsets: Vec::new(),
             cells: Vec::with_capacity(self.offsets.len() - 1),
             interior: Vec::with_capacity(self.offsets.len() - 1),
             centres: Vec::with_capacity(self.offsets.len() - 1),
             groups: self.groups.clone(),
+            ..Smoothing::empty()
         };
         let mut known: HashMap<(u32, u32), u32> = HashMap::with_capacity(self.corners.len());
         for range in self.offsets.windows(2) {

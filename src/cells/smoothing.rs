@@ -7,7 +7,7 @@ use crate::error::GeometryError;
 use crate::geometry::{Part, Point, Side};
 use crate::order;
 use crate::parallel::map_ranges;
-use crate::quadrature::{Points, check_point_count, gauss_legendre};
+use crate::quadrature::{Points, check_parts, check_point_count, gauss_legendre};
 
 use super::brick::{Shape, area_vector, determinant, ravel, unravel};
 use super::lattice::SERIAL_BELOW;
@@ -306,8 +306,8 @@ impl<const D: usize> Lattice<D> {
         // Exact to degree 2, and on curved cells, whose maps have a higher degree, to the hoops of linear fields.
         let rule = gauss_legendre(2 + usize::from(self.is_curved()))?;
         let mut smoothing = Smoothing::empty();
-        for zone in zones.offsets[some.start..=some.end].windows(2) {
-            for &cell in &zones.cells[zone[0]..zone[1]] {
+        for zone in zones.each().skip(some.start).take(some.len()) {
+            for &cell in zone {
                 let base = unravel(cell as usize, &self.cell_counts());
                 for sub in 0..parts.pow(D as u32) {
                     let offset = unravel(sub, &[parts; D]);
@@ -358,15 +358,12 @@ impl<const D: usize> Lattice<D> {
     /// # Errors
     /// Where the part does not exist or the numbers are impossible.
     pub(crate) fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
-        ensure!(
-            parts != 0,
-            GeometryError::Count { what: "sub-cells per direction", count: 0, needed: "at least 1 is needed" }
-        );
+        check_parts(parts)?;
         let gauss = on_facets(gauss, self.is_curved());
         let (abscissae, weights) = gauss_legendre(gauss)?;
         let per_facet = (0..D - 1).fold(1usize, |total, _| total.saturating_mul(parts).saturating_mul(gauss));
         check_point_count(self.positions().len().saturating_mul(2 * D), per_facet)?;
-        let mut cells = BoundaryCells { points: Points::empty(), traces: Vec::new() };
+        let mut cells = BoundaryCells::empty();
         for (axis, side) in self.faces(part)? {
             let end = f64::from(side == Side::Max);
             let mut shape = self.cell_counts();
@@ -394,9 +391,6 @@ impl<const D: usize> Lattice<D> {
                         let share = weight / (parts as f64).powi(D as i32 - 1);
                         let area = area_vector(axis, &columns) * (share * (2.0 * end - 1.0));
                         let size = area.norm();
-                        cells.points.positions.push(position);
-                        cells.points.weights.push(size);
-                        cells.points.normals.push(area / size);
                         let traces = (0..1usize << D)
                             .filter(|corner| ((corner >> axis) & 1) as f64 == end)
                             .map(|corner| {
@@ -405,7 +399,7 @@ impl<const D: usize> Lattice<D> {
                                 (nodes[corner] as u32, value)
                             })
                             .collect();
-                        cells.traces.push(traces);
+                        cells.push(position, size, area / size, traces);
                     }
                 }
                 cells.points.close_group();

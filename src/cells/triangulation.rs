@@ -4,7 +4,7 @@ use crate::each::{Each, EachOf, list_of};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Bounds, Part, Point, Region};
 use crate::particles::{Particles, Support, check_dilation};
-use crate::quadrature::{Points, check_point_count, gauss_legendre};
+use crate::quadrature::{Points, check_parts, check_point_count, gauss_legendre};
 
 use super::edges::{facets, plain_facets};
 use super::locator::Locator;
@@ -164,8 +164,8 @@ impl Triangulation {
                 particles + mesh.triangle_edges[triangle][side] * inner + k - 1
             }
         };
-        for zone in zones.offsets.windows(2) {
-            for &triangle in &zones.cells[zone[0]..zone[1]] {
+        for zone in zones.each() {
+            for &triangle in zone {
                 let triangle = triangle as usize;
                 // Rows of vertices from the first edge to the opposite corner.
                 let [a, b, c] = mesh.corners(triangle);
@@ -242,26 +242,16 @@ impl Cells<2> for Triangulation {
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<2>, GeometryError> {
-        zones.validate(self.cell_count())?;
         let rule = gauss_legendre(n)?;
-        let mut points = Points::empty();
-        for zone in zones.offsets.windows(2) {
-            for &triangle in &zones.cells[zone[0]..zone[1]] {
-                let (corners, sides) = (self.mesh.corners(triangle as usize), self.mesh.sides(triangle as usize));
-                collapse(&rule, &corners, &sides, &mut points);
-            }
-            points.close_group();
-        }
-        Ok(points)
+        zones.points(self.cell_count(), |triangle, points| {
+            collapse(&rule, &self.mesh.corners(triangle), &self.mesh.sides(triangle), points);
+        })
     }
 
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
         zones.validate(self.cell_count())?;
         check_point_count(self.cell_count().saturating_mul(2), parts.saturating_mul(parts).saturating_mul(gauss))?;
-        ensure!(
-            parts != 0,
-            GeometryError::Count { what: "sub-cells per direction", count: 0, needed: "at least 1 is needed" }
-        );
+        check_parts(parts)?;
         self.polygons(parts, zones).smoothing(gauss)
     }
 
@@ -270,13 +260,7 @@ impl Cells<2> for Triangulation {
     }
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
-        let mut all = BoundaryCells { points: Points::empty(), traces: Vec::new() };
-        for piece in self.pieces(part)? {
-            let cells = facets(&self.mesh, &self.mesh.pieces[piece], parts, gauss)?;
-            all.points.append(cells.points);
-            all.traces.extend(cells.traces);
-        }
-        Ok(all)
+        Ok(BoundaryCells::joined(self.boundary_pieces(part, parts, gauss)?))
     }
 
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<2>>, GeometryError> {
@@ -285,13 +269,8 @@ impl Cells<2> for Triangulation {
     }
 
     fn contact_boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
-        let mut all = BoundaryCells { points: Points::empty(), traces: Vec::new() };
-        for piece in self.pieces(part)? {
-            let cells = plain_facets(&self.mesh, &self.mesh.pieces[piece], parts, gauss)?;
-            all.points.append(cells.points);
-            all.traces.extend(cells.traces);
-        }
-        Ok(all)
+        let of = |piece: &usize| plain_facets(&self.mesh, &self.mesh.pieces[*piece], parts, gauss);
+        Ok(BoundaryCells::joined(self.pieces(part)?.try_mapped(of)?))
     }
 
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {

@@ -10,7 +10,7 @@ use crate::error::{ApproximationError, Error, GeometryError, MeshError};
 use crate::geometry::{Part, Point, padded};
 use crate::mesh::Mesh;
 use crate::particles::{Particles, Support, check_dilation};
-use crate::quadrature::{Points, check_point_count, gauss_legendre};
+use crate::quadrature::{Points, check_halves, check_point_count, gauss_legendre};
 
 use super::brick::{area_vector, multilinear};
 use super::inertia::Inertia;
@@ -153,17 +153,9 @@ fn smoothed_spacings<const D: usize>(positions: &[Point<D>], neighbours: &Graph)
     })
 }
 
-/// Refuses numbers of sub-cells that meshes don't have.
-fn check_parts(parts: usize) -> Result<(), GeometryError> {
-    let needed = match parts {
-        1 | 2 => return Ok(()),
-        0 => "at least 1 is needed",
-        _ => {
-            "cells of a mesh are taken whole or cut at their corners, which counts as 2 parts: take a basis of order 1"
-        }
-    };
-    Err(GeometryError::Count { what: "sub-cells per direction", count: parts, needed })
-}
+/// What numbers of sub-cells meshes have.
+const HALVES: &str =
+    "cells of a mesh are taken whole or cut at their corners, which counts as 2 parts: take a basis of order 1";
 
 impl<const D: usize> Cells<D> for Unstructured<D> {
     fn positions(&self) -> &[Point<D>] {
@@ -217,31 +209,22 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<D>, GeometryError> {
-        zones.validate(self.cell_count())?;
         gauss_legendre(n)?;
         // Two per direction measure a brick exactly.
         let each = n.div_ceil(2).max(2);
         let rule = gauss_legendre(each)?;
         check_point_count(self.cell_count().saturating_mul(8), each.pow(D as u32))?;
-        let mut points = Points::empty();
-        for zone in zones.offsets.windows(2) {
-            for &cell in &zones.cells[zone[0]..zone[1]] {
-                for corner in 0..self.mesh.cell(cell as usize).1.len() {
-                    let brick = self.brick(cell as usize, corner);
-                    for (position, weight) in interior(&brick, &rule) {
-                        points.positions.push(position);
-                        points.weights.push(weight);
-                    }
-                }
+        zones.points(self.cell_count(), |cell, points| {
+            for corner in 0..self.mesh.cell(cell).1.len() {
+                let brick = self.brick(cell, corner);
+                interior(&brick, &rule).into_iter().for_each(|(position, weight)| points.push(position, weight));
             }
-            points.close_group();
-        }
-        Ok(points)
+        })
     }
 
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<D>, GeometryError> {
         zones.validate(self.cell_count())?;
-        check_parts(parts)?;
+        check_halves(parts, HALVES)?;
         let rule = gauss_legendre(gauss)?;
         let points_per_facet = gauss.pow(D as u32 - 1);
         let mut interiors = Vec::with_capacity(self.cell_count());
@@ -257,16 +240,13 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
             facet_points: vec![Point::zeros(); facets * points_per_facet],
             facet_areas: vec![Point::zeros(); facets * points_per_facet],
             facet_offsets: Smoothing::<D>::even_offsets(facets, points_per_facet),
-            cells: Vec::new(),
-            interior: Vec::new(),
-            centres: Vec::new(),
-            groups: vec![0],
+            ..Smoothing::empty()
         };
         let ends: [[Vec<(Point<D>, f64)>; 2]; D] =
             std::array::from_fn(|axis| [0.0, 1.0].map(|end| side_points(axis, end, &rule)));
         let [two, three] = [gauss_legendre(2)?, gauss_legendre(3)?];
-        for zone in zones.offsets.windows(2) {
-            for &cell in &zones.cells[zone[0]..zone[1]] {
+        for zone in zones.each() {
+            for &cell in zone {
                 let cell = cell as usize;
                 let (shape, corners) = self.mesh.cell(cell);
                 let mut whole = Vec::new();
@@ -334,19 +314,14 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
     }
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
-        let mut all = BoundaryCells { points: Points::empty(), traces: Vec::new() };
-        for piece in self.boundary_pieces(part, parts, gauss)? {
-            all.points.append(piece.points);
-            all.traces.extend(piece.traces);
-        }
-        Ok(all)
+        Ok(BoundaryCells::joined(self.boundary_pieces(part, parts, gauss)?))
     }
 
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
         // The facets of a face are one at each corner; more parts are pieces of these.
         let pieces = parts.div_ceil(2);
         if parts != 2 * pieces {
-            check_parts(parts)?;
+            check_halves(parts, HALVES)?;
         }
         check_point_count(self.faces.facet_count(), pieces.saturating_mul(gauss).saturating_pow(D as u32 - 1))?;
         let (points, weights) = gauss_legendre(gauss)?;

@@ -123,8 +123,8 @@ impl Cells<2> for Voronoi {
             1 => {
                 let cells = dual_polygons(mesh);
                 let mut grouped = Polygons { bulges: cells.bulges, ..Polygons::new(cells.vertices) };
-                for zone in zones.offsets.windows(2) {
-                    for &cell in &zones.cells[zone[0]..zone[1]] {
+                for zone in zones.each() {
+                    for &cell in zone {
                         let range = cells.offsets[cell as usize]..cells.offsets[cell as usize + 1];
                         grouped.push(cells.corners[range].iter().copied());
                     }
@@ -177,8 +177,8 @@ fn fans(mesh: &Mesh, zones: &Zones) -> Polygons {
         let at = |v: u32| p.vertices[v as usize];
         cross(at(particle), at(a), at(b)) > 1e-12 * (at(a) - at(particle)).norm_squared()
     };
-    for zone in zones.offsets.windows(2) {
-        for &particle in &zones.cells[zone[0]..zone[1]] {
+    for zone in zones.each() {
+        for &particle in zone {
             let (mut rim, closed) = rim(mesh, particle as usize, &stars[particle as usize], middles, centres);
             if closed {
                 rim.push(rim[0]);

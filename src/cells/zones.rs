@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use crate::each::{Each, list_of};
 use crate::error::GeometryError;
 use crate::geometry::{Point, padded};
+use crate::quadrature::Points;
 
 use super::mesh::{Mesh, NONE};
 
@@ -100,6 +101,29 @@ impl Zones {
             before += cells.len() as u128;
         }
         share
+    }
+
+    /// The cells of each zone.
+    pub(crate) fn each(&self) -> impl Iterator<Item = &[u32]> {
+        self.offsets.windows(2).map(|zone| &self.cells[zone[0]..zone[1]])
+    }
+
+    /// Points of each cell, grouped by zone.
+    ///
+    /// # Errors
+    /// For zones that are not those of `count` cells.
+    pub(crate) fn points<const D: usize>(
+        &self,
+        count: usize,
+        mut add: impl FnMut(usize, &mut Points<D>),
+    ) -> Result<Points<D>, GeometryError> {
+        self.validate(count)?;
+        let mut points = Points::empty();
+        for zone in self.each() {
+            zone.iter().for_each(|&cell| add(cell as usize, &mut points));
+            points.close_group();
+        }
+        Ok(points)
     }
 
     /// Whether they are a share of all zones.
@@ -302,8 +326,8 @@ pub(super) fn stars(
     let zone_of = cells.mapped(|corners| seed_of(corners).unwrap_or(NONE));
     let zones = grow(zone_of, seeds.len(), &|cell| beside(cell).mapped(|side| side.0));
     let mut zone_of = vec![0u32; cells.len()];
-    for (zone, range) in zones.offsets.windows(2).enumerate() {
-        for &cell in &zones.cells[range[0]..range[1]] {
+    for (zone, cells) in zones.each().enumerate() {
+        for &cell in cells {
             zone_of[cell as usize] = zone as u32;
         }
     }

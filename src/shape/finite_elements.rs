@@ -169,8 +169,7 @@ impl<const D: usize> FiniteElements<D> {
                 let (position, columns) = self.map(element, &local);
                 let measure = determinant(&columns);
                 ensure!(measure > 0.0 && measure.is_finite(), GeometryError::InvertedCell { cell: element, measure });
-                out.points.positions.push(position);
-                out.points.weights.push(measure * index.iter().map(|&i| weights[i]).product::<f64>());
+                out.points.push(position, measure * index.iter().map(|&i| weights[i]).product::<f64>());
                 out.elements.push(element);
                 out.local.push(local);
             }
@@ -259,8 +258,7 @@ impl<const D: usize> FiniteElements<D> {
                         determinant(&replaced)
                     }) * (weight * (2.0 * end - 1.0));
                     let size = area.norm();
-                    out.points.positions.push(position);
-                    out.points.weights.push(size);
+                    out.points.push(position, size);
                     out.points.normals.push(area / size);
                     out.elements.push(element);
                     out.local.push(local);

@@ -8,7 +8,7 @@ use crate::each::{Each, EachOf, list_of};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Part, Point};
 use crate::particles::{Particles, Support, check_dilation};
-use crate::quadrature::{Points, check_point_count, gauss_legendre};
+use crate::quadrature::{Points, check_parts, check_point_count, gauss_legendre};
 
 use super::super::brick::determinant;
 use super::super::lattice::ASKEW;
@@ -84,23 +84,16 @@ impl Cells<2> for Refined {
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<2>, GeometryError> {
-        zones.validate(self.cell_count())?;
         let (abscissae, weights) = gauss_legendre(n)?;
-        let mut points = Points::empty();
-        for zone in zones.offsets.windows(2) {
-            for &cell in &zones.cells[zone[0]..zone[1]] {
-                let shape = self.shape(cell as usize);
-                for (t, wt) in abscissae.iter().zip(&weights) {
-                    for (s, ws) in abscissae.iter().zip(&weights) {
-                        let (position, columns) = shape.map(&Point::<2>::new(*s, *t));
-                        points.positions.push(position);
-                        points.weights.push(determinant(&columns) * ws * wt);
-                    }
+        zones.points(self.cell_count(), |cell, points| {
+            let shape = self.shape(cell);
+            for (t, wt) in abscissae.iter().zip(&weights) {
+                for (s, ws) in abscissae.iter().zip(&weights) {
+                    let (position, columns) = shape.map(&Point::<2>::new(*s, *t));
+                    points.push(position, determinant(&columns) * ws * wt);
                 }
             }
-            points.close_group();
-        }
-        Ok(points)
+        })
     }
 
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
@@ -108,23 +101,12 @@ impl Cells<2> for Refined {
         check_point_count(self.cell_count().saturating_mul(2), parts.saturating_mul(parts).saturating_mul(gauss))?;
         let gauss = on_facets(gauss, !self.bulges.is_empty());
         let (abscissae, weights) = gauss_legendre(gauss)?;
-        ensure!(
-            parts != 0,
-            GeometryError::Count { what: "sub-cells per direction", count: 0, needed: "at least 1 is needed" }
-        );
+        check_parts(parts)?;
         let rules = Rules { straight: gauss_legendre(2)?, curved: gauss_legendre(3)? };
         let mut facets = Facets::default();
-        let mut out = Smoothing {
-            facet_points: Vec::new(),
-            facet_areas: Vec::new(),
-            facet_offsets: Vec::new(),
-            cells: Vec::new(),
-            interior: Vec::new(),
-            centres: Vec::new(),
-            groups: vec![0],
-        };
-        for zone in zones.offsets.windows(2) {
-            for &cell in &zones.cells[zone[0]..zone[1]] {
+        let mut out = Smoothing::empty();
+        for zone in zones.each() {
+            for &cell in zone {
                 self.cut_cell(cell as usize, parts, &rules, &mut facets, &mut out);
             }
             out.groups.push(out.cells.len());
@@ -147,11 +129,8 @@ impl Cells<2> for Refined {
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
         let gauss = on_facets(gauss, !self.bulges.is_empty());
         let (abscissae, weights) = gauss_legendre(gauss)?;
-        ensure!(
-            parts != 0,
-            GeometryError::Count { what: "sub-cells per direction", count: 0, needed: "at least 1 is needed" }
-        );
-        let mut cells = BoundaryCells { points: Points::empty(), traces: Vec::new() };
+        check_parts(parts)?;
+        let mut cells = BoundaryCells::empty();
         for face in self.base.faces(part)? {
             for ends in self.face_chords(face) {
                 let [from, to] = [ends.0, ends.1].each(|p| self.positions[p as usize]);
@@ -161,10 +140,9 @@ impl Cells<2> for Refined {
                         let t = (k as f64 + t) / parts as f64;
                         let (position, along) = parabola(&from, &to, &bulge, t);
                         let length = along.norm();
-                        cells.points.positions.push(position);
-                        cells.points.weights.push(length * w / parts as f64);
-                        cells.points.normals.push(Point::<2>::new(along[1], -along[0]) / length);
-                        cells.traces.push(vec![(ends.0, 1.0 - t), (ends.1, t)]);
+                        let normal = Point::<2>::new(along[1], -along[0]) / length;
+                        let traces = vec![(ends.0, 1.0 - t), (ends.1, t)];
+                        cells.push(position, length * w / parts as f64, normal, traces);
                     }
                 }
                 cells.points.close_group();

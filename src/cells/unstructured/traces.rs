@@ -8,7 +8,6 @@ use crate::cells::BoundaryCells;
 use crate::cells::brick::{area_vector, multilinear};
 use crate::each::Each;
 use crate::geometry::{Point, padded};
-use crate::quadrature::Points;
 
 use super::Unstructured;
 use super::bricks::{opposite, side_points};
@@ -28,7 +27,7 @@ impl<const D: usize> Unstructured<D> {
     /// $\sum_J f_J = 1$ and $\sum_J f_J\\,n_J = n$, with $n_J$ the mean normal at particle $J$; those on a rim
     /// between two curved pieces carry trace functions of one of them.
     pub(super) fn facets(&self, piece: &Piece, rule: &(Vec<f64>, Vec<f64>)) -> BoundaryCells<D> {
-        let mut cells = BoundaryCells { points: Points::empty(), traces: Vec::new() };
+        let mut cells = BoundaryCells::empty();
         let bent = piece.curved.then(|| Bent::new(self, piece));
         for &face in &piece.faces {
             let cell = self.faces.beside(face as usize)[0] as usize;
@@ -93,10 +92,7 @@ impl<const D: usize> Unstructured<D> {
                         .as_ref()
                         .and_then(|bent| bent.traces(&window, &plain(), &padded(&normal)))
                         .unwrap_or_else(plain);
-                    cells.points.positions.push(position);
-                    cells.points.weights.push(size);
-                    cells.points.normals.push(normal);
-                    cells.traces.push(traces);
+                    cells.push(position, size, normal, traces);
                 }
             }
             cells.points.close_group();
