@@ -216,7 +216,7 @@ pub(super) fn covered(base: &Base, corners: &[Point<3>; 3], other: u32) -> Optio
 
 #[cfg(test)]
 mod tests {
-    use super::super::jet::assert_derivatives;
+    use super::super::tests::assert_derivatives;
     use super::*;
 
     /// Gradient and Hessian are those of differences.

@@ -79,24 +79,3 @@ impl<const N: usize, const M: usize> Mul for Jet<N, M> {
         Jet { value: self.value * other.value, slope, curve }
     }
 }
-
-/// Asserts that gradient and Hessian of a function of coordinates are those of its differences.
-#[cfg(test)]
-pub(super) fn assert_derivatives<const N: usize>(
-    at: impl Fn(&[f64; N]) -> (f64, SVector<f64, N>, SMatrix<f64, N, N>),
-    q: &[f64; N],
-) {
-    use approx::abs_diff_eq;
-    let (_, here, curve_here) = at(q);
-    let step = 1e-5;
-    for k in 0..N {
-        let (mut up, mut down) = (*q, *q);
-        up[k] += step;
-        down[k] -= step;
-        let (up, down) = (at(&up), at(&down));
-        let slope = (up.0 - down.0) / (2.0 * step);
-        assert!(abs_diff_eq!(slope, here[k], epsilon = 1e-8), "{k}: {slope} {}", here[k]);
-        let curve = (up.1 - down.1) / (2.0 * step);
-        assert!(abs_diff_eq!(curve, curve_here.column(k).into_owned(), epsilon = 1e-7), "{k}");
-    }
-}

@@ -112,7 +112,7 @@ impl Facing {
 
 #[cfg(test)]
 mod tests {
-    use super::super::jet::assert_derivatives;
+    use super::super::tests::assert_derivatives;
     use super::*;
     use approx::assert_abs_diff_eq;
 

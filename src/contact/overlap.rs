@@ -433,7 +433,7 @@ impl Over {
 
 #[cfg(test)]
 mod tests {
-    use super::super::jet::assert_derivatives;
+    use super::super::tests::assert_derivatives;
     use super::*;
     use approx::{abs_diff_eq, assert_abs_diff_eq};
 
