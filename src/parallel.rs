@@ -4,6 +4,7 @@
 //! do not depend on the number of threads.
 
 use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Parts per thread: several even out parts of unequal work.
 const PARTS_PER_THREAD: usize = 8;
@@ -104,4 +105,9 @@ pub(crate) fn threads() -> usize {
     {
         1
     }
+}
+
+/// What a mutex holds. Nothing of it is broken by a panic: parts are summed, searches are made anew.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,10 +1,10 @@
 //! The sum over the clusters of a term, by one thread or several.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::compiled::by_dim;
-use crate::parallel::for_each_mut;
+use crate::parallel::{for_each_mut, lock};
 use crate::term::{Coupling, Element, Form, LowerBlocks, View, Zone};
 
 use super::fault::fault;
@@ -22,11 +22,6 @@ pub(super) struct Part<'a> {
     pub(super) values: &'a mut [f64],
     pub(super) residual: &'a mut [f64],
     pub(super) load_slope: &'a mut [f64],
-}
-
-/// Nothing that a part holds is broken by a panic: it is summed anew.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Where the blocks of clusters go and in which order, for all terms.

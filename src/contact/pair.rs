@@ -1,6 +1,6 @@
 //! Contact of a body with another one, with another part of it, or with itself.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use nalgebra::{SVector, Vector3};
 
@@ -8,6 +8,7 @@ use crate::compiled::by_dim;
 use crate::each::{Each, add, list_of};
 use crate::geometry::{Point, padded};
 use crate::order::merged;
+use crate::parallel::lock;
 use crate::term::{Element, PointMotion, View, parted};
 
 use super::chain::{Chain, Laid};
@@ -309,7 +310,7 @@ impl PairContact {
     /// What slips beside what since the last converged state, with the displacements of the nodes there.
     fn held(&self, condensed: &[f64]) -> Arc<Held> {
         let internal_variables = parted(self, condensed).1;
-        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut held = lock(&self.held);
         if let Some(held) = held.as_ref().filter(|held| held.internal_variables == internal_variables) {
             return held.clone();
         }
@@ -355,11 +356,11 @@ impl PairContact {
 
     /// The faces at a state.
     fn laid(&self, displacement: &[f64]) -> Arc<State> {
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut last = lock(&self.last);
         if let Some(state) = last.as_ref().filter(|state| state.displacement == displacement) {
             return state.clone();
         }
-        let searched = self.searched.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let searched = lock(&self.searched).clone();
         let state = Arc::new(self.found(displacement, searched.as_deref()));
         *last = Some(state.clone());
         state
@@ -367,8 +368,8 @@ impl PairContact {
 
     /// Keeps the search of the last state for those that follow, or searches anew.
     pub(super) fn hold_search(&self, hold: bool) {
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut searched = self.searched.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut last = lock(&self.last);
+        let mut searched = lock(&self.searched);
         if hold {
             searched.clone_from(&last);
         } else if searched.take().is_some() {

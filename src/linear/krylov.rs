@@ -7,10 +7,11 @@ mod iteration;
 mod product;
 mod solution;
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use crate::assembly::{Pattern, Ranks, System};
 use crate::error::LinearError;
+use crate::parallel::lock;
 
 use super::{Direct, Inertia, LinearSolver, LinearSystem, MatrixClass};
 
@@ -180,6 +181,6 @@ impl LinearSolver for Krylov {
     }
 
     fn krylov_iterations(&self) -> Vec<usize> {
-        self.counts.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        lock(&self.counts).clone()
     }
 }

@@ -1,9 +1,8 @@
 //! Solutions by generalised minimal residuals.
 
-use std::sync::PoisonError;
-
 use crate::each::{Each, EachOf, add};
 use crate::error::LinearError;
+use crate::parallel::lock;
 
 use super::super::gmres::gmres;
 use super::super::vector::dot;
@@ -105,7 +104,7 @@ impl Solved<'_> {
             precondition,
             sum,
         );
-        progress.counts.lock().unwrap_or_else(PoisonError::into_inner).push(done.iterations);
+        lock(&progress.counts).push(done.iterations);
         let convergence = done.iterations as f64 / -done.residual.min(0.9).log10();
         if done.iterations > 0 {
             let first = progress.convergence.first.or(Some(convergence));

@@ -117,7 +117,7 @@ impl<const D: usize> Problem<D> {
                 places.push(Place { reference: padded(&reference), position: padded(&position), area });
             }
         }
-        Ok(found(contact, state, &places, D).truncated())
+        Ok(found(contact, state, &places))
     }
 
     /// The work that friction has taken along a path on the surface of a name \[force·length\]: over its steps, the mean traction times
@@ -161,8 +161,8 @@ struct Place {
     area: f64,
 }
 
-/// What a state tells of a contact whose trace functions have places, by three components.
-fn found(contact: &Contact, state: &State, places: &[Place], dim: usize) -> ContactState<3> {
+/// What a state tells of a contact whose trace functions have places.
+fn found<const D: usize>(contact: &Contact, state: &State, places: &[Place]) -> ContactState<D> {
     let view = seen(state, contact.term);
     let none = (Point::zeros(), 0.0, None);
     let (pressed, (travel, angle, depth), moment, swapped) = match &contact.law {
@@ -194,51 +194,27 @@ fn found(contact: &Contact, state: &State, places: &[Place], dim: usize) -> Cont
                 own_moment += position.cross(&force);
             }
             own.push(ContactPoint {
-                reference,
-                position,
+                reference: padded(&reference),
+                position: padded(&position),
                 pressure: pressed.normal_forces[k] / area,
                 gap: pressed.gaps[k],
-                traction: force / area,
-                force,
+                traction: padded(&(force / area)),
+                force: padded(&force),
                 is_active: pressed.active[k],
                 slips: pressed.active[k] && pressed.slides[k],
             });
         }
-        let touching = along(&mut own, &surface.traces, &places[first..], dim);
+        let touching = along(&mut own, &surface.traces, &places[first..]);
         extent = if side == 0 { touching } else { extent };
         points.extend(own);
     }
+    let (force, travel) = (padded(&force), padded(&travel));
     ContactState { force, moment: moment.unwrap_or(own_moment), extent, travel, angle, depth, points }
 }
 
-impl ContactState<3> {
-    /// In as many components as the body has.
-    fn truncated<const D: usize>(&self) -> ContactState<D> {
-        let point = |point: &ContactPoint<3>| ContactPoint {
-            reference: padded(&point.reference),
-            position: padded(&point.position),
-            pressure: point.pressure,
-            gap: point.gap,
-            traction: padded(&point.traction),
-            force: padded(&point.force),
-            is_active: point.is_active,
-            slips: point.slips,
-        };
-        ContactState {
-            force: padded(&self.force),
-            moment: self.moment,
-            extent: self.extent,
-            travel: padded(&self.travel),
-            angle: self.angle,
-            depth: self.depth,
-            points: self.points.mapped(point),
-        }
-    }
-}
-
 /// Puts points into their order along the boundary, and tells how much of it touches.
-fn along(points: &mut Vec<ContactPoint<3>>, traces: &[Trace], places: &[Place], dim: usize) -> f64 {
-    if dim == 3 {
+fn along<const D: usize>(points: &mut Vec<ContactPoint<D>>, traces: &[Trace], places: &[Place]) -> f64 {
+    if D == 3 {
         let touching = points.iter().zip(places).filter(|(point, _)| point.is_active);
         return touching.map(|(_, place)| place.area).sum();
     }
@@ -265,7 +241,7 @@ fn seen(state: &State, term: usize) -> View<'_> {
 
 /// The width of contact along a chain of trace functions: between the last trace function that touches and the next one the square of the
 /// pressure, which falls in proportion to the distance from a smooth edge, is extrapolated to zero.
-fn width(points: &[ContactPoint<3>]) -> f64 {
+fn width<const D: usize>(points: &[ContactPoint<D>]) -> f64 {
     let n = points.len();
     let between = |a: usize, b: usize| (points[a].position - points[b].position).norm();
     let mut width = 0.0;
