@@ -51,6 +51,14 @@ pub(crate) fn merged<K: Ord + Copy>(mut values: Vec<(K, f64)>) -> Vec<(K, f64)> 
     values
 }
 
+/// Adds to the value of a key in a short list, whose keys stand in the order in which they come.
+pub(crate) fn accumulate<K: PartialEq>(list: &mut Vec<(K, f64)>, key: K, value: f64) {
+    match list.iter_mut().find(|known| known.0 == key) {
+        Some(known) => known.1 += value,
+        None => list.push((key, value)),
+    }
+}
+
 /// Sorts numbers by a comparison that tells all of them apart.
 fn sort_numbers(numbers: &mut [usize], compare: &dyn Fn(usize, usize) -> Ordering) {
     numbers.sort_unstable_by(|&a, &b| compare(a, b));

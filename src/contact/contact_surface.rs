@@ -8,6 +8,7 @@ use crate::cells::{BoundaryCells, CORNER};
 use crate::each::Each;
 use crate::error::Error;
 use crate::geometry::{Point, cut};
+use crate::order::accumulate;
 use crate::table::ShapeTable;
 use crate::tensor::cofactor;
 
@@ -169,10 +170,7 @@ impl ContactSurface {
     pub(super) fn shares(&self, facet: usize) -> Vec<(u32, f64)> {
         let mut shares: Vec<(u32, f64)> = Vec::new();
         for &(trace, weight) in self.over[self.table.clusters.points(facet)].iter().flatten() {
-            match shares.iter_mut().find(|share| share.0 == trace) {
-                Some(share) => share.1 += weight,
-                None => shares.push((trace, weight)),
-            }
+            accumulate(&mut shares, trace, weight);
         }
         shares
     }

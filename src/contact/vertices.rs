@@ -2,7 +2,7 @@
 
 use crate::each::{Each, add};
 use crate::geometry::Point;
-use crate::order::merged;
+use crate::order::{accumulate, merged};
 
 use super::ContactSurface;
 
@@ -77,11 +77,7 @@ impl Means {
         for (traces, weight) in contact_surface.over.iter().zip(&contact_surface.table.weights) {
             for &(k, mine) in traces {
                 for &(l, its) in traces.iter().filter(|(l, _)| *l != k) {
-                    let list = &mut shared[k as usize];
-                    match list.iter_mut().find(|entry| entry.0 == l) {
-                        Some(entry) => entry.1 += mine * its / weight,
-                        None => list.push((l, mine * its / weight)),
-                    }
+                    accumulate(&mut shared[k as usize], l, mine * its / weight);
                 }
             }
         }

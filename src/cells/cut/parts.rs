@@ -131,10 +131,8 @@ impl Parts {
                 }
                 let other = sets.leader(other as usize) as u32;
                 let area = sections.sections[section as usize].area.abs();
-                match areas.iter_mut().find(|known| known.0 == other) {
-                    Some(known) => known.1 += area,
-                    None if other != own => areas.push((other, area)),
-                    None => {}
+                if other != own {
+                    order::accumulate(&mut areas, other, area);
                 }
             }
             let largest = areas.iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));

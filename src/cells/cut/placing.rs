@@ -6,6 +6,7 @@ use crate::each::{EachOf, IntoEach, array_of};
 use crate::geometry::{Bounds, Point};
 use crate::neighbours::{MARGIN, Search};
 use crate::order;
+use crate::solid::foot;
 
 use super::connected::Connected;
 use super::features::{Crease, Features};
@@ -35,34 +36,10 @@ pub(super) struct Placed {
 }
 
 /// The nearest point of a triangle.
-pub(super) fn nearest(x: &Point<3>, [a, b, c]: &[Point<3>; 3]) -> Point<3> {
-    let (ab, ac, ap) = (b - a, c - a, x - a);
-    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return *a;
-    }
-    let bp = x - b;
-    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
-    if d3 >= 0.0 && d4 <= d3 {
-        return *b;
-    }
-    let cp = x - c;
-    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
-    if d6 >= 0.0 && d5 <= d6 {
-        return *c;
-    }
-    let (va, vb, vc) = (d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2);
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return a + ab * (d1 / (d1 - d3));
-    }
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return a + ac * (d2 / (d2 - d6));
-    }
-    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
-    }
-    let whole = va + vb + vc;
-    if whole > 0.0 { a + ab * (vb / whole) + ac * (vc / whole) } else { *a }
+pub(super) fn nearest(x: &Point<3>, triangle: &[Point<3>; 3]) -> Point<3> {
+    let (at, _) = foot(x, triangle);
+    // Without an area it has no inside.
+    if at.iter().all(|v| v.is_finite()) { at } else { triangle[0] }
 }
 
 /// Points by the unit cube that they lie in.

@@ -10,6 +10,7 @@ use crate::each::{Each, list_of};
 use crate::error::Error;
 use crate::geometry::{Bounds, Point, all_padded, unit};
 use crate::kinematics::Kinematics;
+use crate::order::accumulate;
 
 use super::discrete_body::DiscreteBody;
 
@@ -179,10 +180,7 @@ pub(crate) fn carried(mortar: &Face, other: &Face) -> Traces {
             let range = cells.points.groups[facet]..cells.points.groups[facet + 1];
             for (point, part) in range.zip(fits[facet].parts(x)) {
                 for &(particle, trace) in &cells.traces[point] {
-                    match values.iter_mut().find(|entry| entry.0 == particle) {
-                        Some(entry) => entry.1 += part * trace,
-                        None => values.push((particle, part * trace)),
-                    }
+                    accumulate(&mut values, particle, part * trace);
                 }
             }
         }
