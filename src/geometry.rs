@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use nalgebra::SVector;
 
-use crate::each::point_of;
+use crate::each::{Each, point_of};
 use crate::error::GeometryError;
 
 /// A point or vector in `D` dimensions \[length\].
@@ -44,11 +44,7 @@ pub(crate) fn padded<const D: usize, const N: usize>(x: &Point<D>) -> Point<N> {
 
 /// Several places, each padded with zeros or cut.
 pub(crate) fn all_padded<const D: usize, const N: usize>(points: &[Point<D>]) -> Vec<Point<N>> {
-    let mut all = Vec::with_capacity(points.len());
-    for point in points {
-        all.push(padded(point));
-    }
-    all
+    points.mapped(padded)
 }
 
 /// A vector with three components, the others zero.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::cells::Cells;
+use crate::each::Each;
 use crate::error::{BoundaryError, Error, GeometryError};
 use crate::geometry::Part;
 use crate::kinematics::Kinematics;
@@ -120,23 +121,14 @@ impl<const D: usize> Scene<D> {
 
     /// The places of conditions, then those of loads.
     pub(super) fn acting(&self) -> Vec<&Place<D>> {
-        let mut places = Vec::with_capacity(self.conditions.len() + self.loads.len());
-        for condition in &self.conditions {
-            places.push(&condition.place);
-        }
-        for load in &self.loads {
-            places.push(&load.place);
-        }
+        let mut places = self.conditions.mapped(|condition| &condition.place);
+        places.extend(self.loads.iter().map(|load| &load.place));
         places
     }
 
     /// The names of the bodies.
     fn body_names(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = Vec::with_capacity(self.bodies.len());
-        for body in &self.bodies {
-            names.push(&body.name);
-        }
-        names
+        self.bodies.mapped(|body| &*body.name)
     }
 
     /// Which bodies a place lies on, by their numbers; at least one. At a point it is the first that `reaches` it.

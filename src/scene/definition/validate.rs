@@ -9,7 +9,7 @@ use crate::term::Amplitude;
 
 use super::condition::Direction;
 use super::load::{Load, LoadKind};
-use super::place::{Place, Spot};
+use super::place::Spot;
 use super::scene::Scene;
 use super::value::Value;
 
@@ -36,7 +36,7 @@ enum Kind {
 impl<const D: usize> Scene<D> {
     /// Refuses conditions and loads that no scheme could serve.
     pub(crate) fn validate(&self) -> Result<(), Error> {
-        check_names(&all_names(self))?;
+        check_names(self)?;
         self.validate_bodies()?;
         if let Some(name) = self.absent.first() {
             return Err(BoundaryError::UnknownName { requested: name.clone(), known: known(self) }.into());
@@ -52,18 +52,10 @@ impl<const D: usize> Scene<D> {
                 prescribed(D, condition.label(direction), component, value)?;
             }
         }
-        let mut loads = Vec::with_capacity(self.loads.len());
-        for load in &self.loads {
-            let data = load_data(load);
-            data.validate(D)?;
-            loads.push(data);
-        }
+        let loads = self.loads.mapped(load_data);
+        loads.iter().try_for_each(|load| load.validate(D))?;
         parts_of_rigid_bodies(self)?;
-        let mut materials: Vec<(&str, &dyn Material)> = Vec::with_capacity(self.bodies.len());
-        for body in &self.bodies {
-            materials.push((&body.name, &*body.material));
-        }
-        sizes(&materials, &loads)?;
+        sizes(&self.bodies.mapped(|body| (&*body.name, &*body.material)), &loads)?;
         contacts(self)?;
         crate::kinematics::hoop_components(&*self.kinematics)?;
         Ok(())
@@ -130,88 +122,56 @@ impl LoadData<'_> {
 
 /// The names of conditions, loads and contacts.
 fn known<const D: usize>(scene: &Scene<D>) -> String {
-    let mut all: Vec<&str> = Vec::new();
-    for condition in &scene.conditions {
-        if let Some(name) = &condition.name {
-            all.push(name);
-        }
-    }
-    for load in &scene.loads {
-        if let Some(name) = &load.name {
-            all.push(name);
-        }
-    }
+    let mut all: Vec<&str> = scene.conditions.iter().filter_map(|condition| condition.name.as_deref()).collect();
+    all.extend(scene.loads.iter().filter_map(|load| load.name.as_deref()));
     all.append(&mut contact_names(scene));
     all.join("; ")
 }
 
 /// The names of contacts, of rigid surfaces first.
 fn contact_names<const D: usize>(scene: &Scene<D>) -> Vec<&str> {
-    let mut all: Vec<&str> = Vec::with_capacity(scene.contacts.len() + scene.contact_pairs.len());
-    for contact in &scene.contacts {
-        all.push(&contact.surface.name);
-    }
-    for pair in &scene.contact_pairs {
-        all.push(&pair.name);
-    }
+    let mut all = scene.contacts.mapped(|contact| &*contact.surface.name);
+    all.extend(scene.contact_pairs.iter().map(|pair| &*pair.name));
     all
 }
 
-/// What has each name that a scene gives, then the named parts that it asks for.
-fn all_names<const D: usize>(scene: &Scene<D>) -> Vec<(&'static str, &str)> {
-    let mut all: Vec<(&'static str, &str)> = Vec::new();
-    let mut parts: Vec<(&'static str, &str)> = Vec::new();
+/// Refuses empty names: those that a scene gives, then those of the parts that it asks for.
+fn check_names<const D: usize>(scene: &Scene<D>) -> Result<(), BoundaryError> {
+    let check = |what, name: Option<&str>| {
+        ensure!(name.is_none_or(|name| !name.trim().is_empty()), BoundaryError::Nameless { what });
+        Ok(())
+    };
     for body in &scene.bodies {
-        all.push(("a body", &body.name));
+        check("a body", Some(&body.name))?;
     }
     for condition in &scene.conditions {
-        if let Some(name) = &condition.name {
-            all.push(("a condition", name));
-        }
-        ask(&mut parts, &condition.place);
+        check("a condition", condition.name.as_deref())?;
     }
     for load in &scene.loads {
-        if let Some(name) = &load.name {
-            all.push(("a load", name));
-        }
-        ask(&mut parts, &load.place);
+        check("a load", load.name.as_deref())?;
     }
+    let mut places = scene.acting();
     for contact in &scene.contacts {
-        all.push(("a rigid surface", &contact.surface.name));
-        ask(&mut parts, &contact.place);
+        check("a rigid surface", Some(&contact.surface.name))?;
+        places.push(&contact.place);
     }
     for pair in &scene.contact_pairs {
-        all.push(("a contact", &pair.name));
-        ask(&mut parts, &pair.first);
-        if let Some(second) = &pair.second {
-            ask(&mut parts, second);
+        check("a contact", Some(&pair.name))?;
+        places.push(&pair.first);
+        places.extend(&pair.second);
+    }
+    for (what, named) in [("a place", &scene.names), ("a rigid body", &scene.rigids)] {
+        for (name, place) in named {
+            check(what, Some(name))?;
+            places.push(place);
         }
     }
-    for (name, place) in &scene.names {
-        all.push(("a place", name));
-        ask(&mut parts, place);
+    for place in places {
+        if let Spot::Part(Part::Named(name)) = &place.spot {
+            check("the place of a condition, a load or a contact", Some(name))?;
+        }
     }
-    for (name, place) in &scene.rigids {
-        all.push(("a rigid body", name));
-        ask(&mut parts, place);
-    }
-    all.append(&mut parts);
-    all
-}
-
-/// Notes the named part that a place lies on.
-fn ask<'a, const D: usize>(parts: &mut Vec<(&'static str, &'a str)>, place: &'a Place<D>) {
-    if let Spot::Part(Part::Named(name)) = &place.spot {
-        parts.push(("the place of a condition, a load or a contact", name));
-    }
-}
-
-/// Refuses empty names.
-fn check_names(all: &[(&'static str, &str)]) -> Result<(), BoundaryError> {
-    match all.iter().find(|(_, name)| name.trim().is_empty()) {
-        Some(&(what, _)) => Err(BoundaryError::Nameless { what }),
-        None => Ok(()),
-    }
+    Ok(())
 }
 
 /// Bulk over shear modulus beyond which changes of volume are lost in rounding: $10^{-16}k$ is a stress.

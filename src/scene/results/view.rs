@@ -394,10 +394,7 @@ impl<'a> ProblemView<'a> {
         discrete_bodies: &'a [DiscreteBody<D>],
         frames: &'a [RigidFrame],
     ) -> Self {
-        let mut bodies: Vec<&dyn BodyView> = Vec::with_capacity(discrete_bodies.len());
-        for body in discrete_bodies {
-            bodies.push(body);
-        }
+        let bodies = discrete_bodies.mapped(|body| body as &dyn BodyView);
         ProblemView { dim: D, model, equations, bodies, frames }
     }
 }
