@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::{Material, Past, Response};
-use crate::tensor::{Tangent, add_determinant_hessian, add_hessian_in, cofactor, components};
+use crate::tensor::{add_hessian_in, cofactor};
 
 /// A distortional energy and its derivatives with respect to the reduced invariants \[stress\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -122,40 +122,8 @@ impl<E: InvariantEnergy> Material for Invariants<E> {
         Reduced::new(f).map_or(f64::NAN, |reduced| self.0.evaluate_excess(reduced.excess[0], reduced.excess[1]).energy)
     }
 
-    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
-        let Some(reduced) = Reduced::new(f) else {
-            return Response::undefined();
-        };
-        let Dyads { stress, first, second, normal, k11, k12, k22, k1n, k2n, knn, unit, q, hessian } =
-            self.dyads(f, &reduced);
-        let (a1, a2, an) = (components(&first), components(&second), components(&normal));
-        let b1 = k11 * a1 + k12 * a2 + k1n * an;
-        let b2 = k12 * a1 + k22 * a2 + k2n * an;
-        let bn = k1n * a1 + k2n * a2 + knn * an;
-        let mut tangent = Tangent::zeros();
-        for column in 0..9 {
-            let (s1, s2, sn) = (b1[column], b2[column], bn[column]);
-            for row in 0..9 {
-                tangent[(row, column)] = a1[row] * s1 + a2[row] * s2 + an[row] * sn;
-            }
-        }
-        let (green, left) = (reduced.green, f * f.transpose());
-        for i in 0..3 {
-            for k in 0..3 {
-                for l in 0..3 {
-                    for m in 0..3 {
-                        tangent[(3 * i + m, 3 * k + l)] -= q * f[(i, l)] * f[(k, m)];
-                    }
-                    tangent[(3 * i + l, 3 * k + l)] -= q * left[(i, k)];
-                    tangent[(3 * i + k, 3 * i + l)] -= q * green[(k, l)];
-                }
-            }
-        }
-        for component in 0..9 {
-            tangent[(component, component)] += unit;
-        }
-        add_determinant_hessian(&mut tangent, f, hessian);
-        Response { stress, tangent }
+    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+        Response::of_components(|of, stress, tangent| self.respond(f, past, of, stress, tangent))
     }
 
     fn respond(&self, f: &Matrix3<f64>, _: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {

@@ -162,27 +162,24 @@ fn without_mean(gradient: &Vector3<f64>) -> Vector3<f64> {
     gradient.add_scalar(-gradient.mean())
 }
 
-/// Copies a few components of a stress.
-fn select_stress(stress: Option<Matrix3<f64>>, components: &[usize], out: &mut [f64]) {
-    let stress = stress.unwrap_or_else(|| Matrix3::repeat(f64::NAN));
-    for (out, &c) in out.iter_mut().zip(components) {
-        *out = stress[(c / 3, c % 3)];
-    }
+/// The logarithms that an energy depends on: without their mean where it is one of the shape alone.
+fn logarithms(stretches: &Stretches, shape: bool) -> [f64; 3] {
+    if shape { stretches.reduced() } else { stretches.logarithms }
 }
 
-impl<E: PrincipalEnergy> Material for PrincipalStretches<E> {
-    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
-        Stretches::new(f).map_or(f64::NAN, |stretches| self.0.evaluate(stretches.reduced()).energy)
-    }
+fn energy(of: &impl PrincipalEnergy, f: &Matrix3<f64>, shape: bool) -> f64 {
+    Stretches::new(f).map_or(f64::NAN, |stretches| of.evaluate(logarithms(&stretches, shape)).energy)
+}
 
-    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
-        let Some(stretches) = Stretches::new(f) else {
-            return Response::undefined();
-        };
-        let logarithms = stretches.reduced();
-        let energy = self.0.evaluate(logarithms);
-        let t = without_mean(&energy.gradient);
-        let mut slope = energy.hessian;
+fn response(of: &impl PrincipalEnergy, f: &Matrix3<f64>, shape: bool) -> Response {
+    let Some(stretches) = Stretches::new(f) else {
+        return Response::undefined();
+    };
+    let logarithms = logarithms(&stretches, shape);
+    let energy = of.evaluate(logarithms);
+    let (mut t, mut slope) = (energy.gradient, energy.hessian);
+    if shape {
+        t = without_mean(&t);
         for mut column in slope.column_iter_mut() {
             let mean = column.mean();
             column.add_scalar_mut(-mean);
@@ -191,16 +188,43 @@ impl<E: PrincipalEnergy> Material for PrincipalStretches<E> {
             let mean = row.mean();
             row.add_scalar_mut(-mean);
         }
-        let divided = |a, b| divided_difference(&self.0, &energy, logarithms, a, b);
-        Response { stress: stretches.stress(&t), tangent: tangent(&stretches, &t, &slope, divided) }
+    }
+    let divided = |a, b| divided_difference(of, &energy, logarithms, a, b);
+    Response { stress: stretches.stress(&t), tangent: tangent(&stretches, &t, &slope, divided) }
+}
+
+/// Some components; the stress alone where no tangent is asked for.
+fn respond(
+    of: &impl PrincipalEnergy,
+    f: &Matrix3<f64>,
+    shape: bool,
+    components: &[usize],
+    stress: &mut [f64],
+    tangent: &mut [f64],
+) {
+    if !tangent.is_empty() {
+        return response(of, f, shape).select(components, stress, tangent);
+    }
+    let whole = Stretches::new(f).map_or(Matrix3::repeat(f64::NAN), |stretches| {
+        let t = of.evaluate(logarithms(&stretches, shape)).gradient;
+        stretches.stress(&if shape { without_mean(&t) } else { t })
+    });
+    for (stress, &c) in stress.iter_mut().zip(components) {
+        *stress = whole[(c / 3, c % 3)];
+    }
+}
+
+impl<E: PrincipalEnergy> Material for PrincipalStretches<E> {
+    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
+        energy(&self.0, f, true)
     }
 
-    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
-        if !tangent.is_empty() {
-            return self.response_from(f, past).select(components, stress, tangent);
-        }
-        let of = |s: Stretches| s.stress(&without_mean(&self.0.evaluate(s.reduced()).gradient));
-        select_stress(Stretches::new(f).map(of), components, stress);
+    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
+        response(&self.0, f, true)
+    }
+
+    fn respond(&self, f: &Matrix3<f64>, _: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        respond(&self.0, f, true, components, stress, tangent);
     }
 }
 
@@ -222,26 +246,14 @@ pub struct TotalStretches<E>(pub E);
 
 impl<E: PrincipalEnergy> Material for TotalStretches<E> {
     fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
-        Stretches::new(f).map_or(f64::NAN, |stretches| self.0.evaluate(stretches.logarithms).energy)
+        energy(&self.0, f, false)
     }
 
     fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
-        let Some(stretches) = Stretches::new(f) else {
-            return Response::undefined();
-        };
-        let energy = self.0.evaluate(stretches.logarithms);
-        let divided = |a, b| divided_difference(&self.0, &energy, stretches.logarithms, a, b);
-        Response {
-            stress: stretches.stress(&energy.gradient),
-            tangent: tangent(&stretches, &energy.gradient, &energy.hessian, divided),
-        }
+        response(&self.0, f, false)
     }
 
-    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
-        if !tangent.is_empty() {
-            return self.response_from(f, past).select(components, stress, tangent);
-        }
-        let of = |s: Stretches| s.stress(&self.0.evaluate(s.logarithms).gradient);
-        select_stress(Stretches::new(f).map(of), components, stress);
+    fn respond(&self, f: &Matrix3<f64>, _: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        respond(&self.0, f, false, components, stress, tangent);
     }
 }
