@@ -214,6 +214,7 @@ impl<const D: usize> Basis<D> for Polynomial<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::{Vec2, Vec3};
     use approx::assert_abs_diff_eq;
 
     #[test]
@@ -221,11 +222,11 @@ mod tests {
         assert_eq!(Polynomial::<2>::quadratic().exponents(), &[[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]]);
         assert_eq!(Polynomial::<3>::new(3).len(), 20);
         assert_eq!(Polynomial::<1>::new(4).len(), 5);
-        let (mut h, mut dh) = ([0.0; 6], [Point::<2>::zeros(); 6]);
-        Polynomial::<2>::quadratic().fill(&Point::<2>::new(2.0, 3.0), &mut h, &mut dh);
+        let (mut h, mut dh) = ([0.0; 6], [Vec2::zeros(); 6]);
+        Polynomial::<2>::quadratic().fill(&Vec2::new(2.0, 3.0), &mut h, &mut dh);
         assert_eq!(h, [1.0, 2.0, 3.0, 4.0, 6.0, 9.0]);
-        assert_eq!(dh[4], Point::<2>::new(3.0, 2.0));
-        assert_eq!(dh[5], Point::<2>::new(0.0, 6.0));
+        assert_eq!(dh[4], Vec2::new(3.0, 2.0));
+        assert_eq!(dh[5], Vec2::new(0.0, 6.0));
     }
 
     #[test]
@@ -236,7 +237,7 @@ mod tests {
             fn len(&self) -> usize {
                 self.0.len()
             }
-            fn fill(&self, x: &Point<3>, h: &mut [f64], dh: &mut [Point<3>]) {
+            fn fill(&self, x: &Vec3, h: &mut [f64], dh: &mut [Vec3]) {
                 self.0.fill(x, h, dh);
             }
         }

@@ -20,13 +20,19 @@ pub(crate) use walls::{OPPOSITE, Wall};
 use std::fmt;
 use std::sync::Arc;
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use crate::each::{Each, point_of};
 use crate::error::GeometryError;
 
 /// A point or vector in `D` dimensions \[length\].
 pub type Point<const D: usize> = SVector<f64, D>;
+/// A point or vector in the plane.
+pub(crate) type Vec2 = Point<2>;
+/// A point or vector with three components, whatever the dimension of the body.
+pub(crate) type Vec3 = Point<3>;
+/// A matrix of three rows and columns: a deformation gradient, a stress, a rotation.
+pub(crate) type Mat3 = SMatrix<f64, 3, 3>;
 
 /// The unit vector along an axis.
 pub(crate) fn unit<const D: usize>(axis: usize) -> Point<D> {
@@ -48,12 +54,12 @@ pub(crate) fn all_padded<const D: usize, const N: usize>(points: &[Point<D>]) ->
 }
 
 /// A vector with three components, the others zero.
-pub(crate) fn vector<const D: usize>(components: &[f64; D]) -> Point<3> {
+pub(crate) fn vector<const D: usize>(components: &[f64; D]) -> Vec3 {
     padded(&Point::from(*components))
 }
 
 /// The first components of a place: as many as there are dimensions.
-pub(crate) fn cut(at: &Point<3>, dim: usize) -> Vec<f64> {
+pub(crate) fn cut(at: &Vec3, dim: usize) -> Vec<f64> {
     at.as_slice()[..dim].to_vec()
 }
 
@@ -219,12 +225,12 @@ pub struct Quadrilateral {
 }
 
 impl Domain<2> for Quadrilateral {
-    fn position(&self, unit: &Point<2>) -> Point<2> {
+    fn position(&self, unit: &Vec2) -> Vec2 {
         let (s, t) = (unit[0], unit[1]);
         let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t];
-        let mut x = Point::<2>::zeros();
+        let mut x = Vec2::zeros();
         for (w, c) in weights.iter().zip(&self.corners) {
-            x += Point::<2>::from(*c) * *w;
+            x += Vec2::from(*c) * *w;
         }
         x
     }

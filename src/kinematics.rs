@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use crate::error::GeometryError;
-use crate::geometry::Point;
+use crate::geometry::{Point, Vec2, Vec3};
 
 /// A kinematics: the in-plane block of $F$ is $\delta_{ij} + \partial u_i/\partial X_j$, `hoops` names the
 /// diagonal entries that hold the hoop stretch $1 + u_1/X_1$, all others are those of the identity.
@@ -125,7 +125,7 @@ impl Kinematics<2> for PlaneStrain {
         &[]
     }
 
-    fn measure(&self, _: &Point<2>) -> f64 {
+    fn measure(&self, _: &Vec2) -> f64 {
         1.0
     }
 }
@@ -135,7 +135,7 @@ impl Kinematics<2> for PlaneStress {
         &[]
     }
 
-    fn measure(&self, _: &Point<2>) -> f64 {
+    fn measure(&self, _: &Vec2) -> f64 {
         self.thickness
     }
 
@@ -149,7 +149,7 @@ impl Kinematics<2> for Axisymmetric {
         &[2]
     }
 
-    fn measure(&self, at: &Point<2>) -> f64 {
+    fn measure(&self, at: &Vec2) -> f64 {
         2.0 * PI * at[0]
     }
 }
@@ -159,7 +159,7 @@ impl Kinematics<3> for Solid {
         &[]
     }
 
-    fn measure(&self, _: &Point<3>) -> f64 {
+    fn measure(&self, _: &Vec3) -> f64 {
         1.0
     }
 }

@@ -10,7 +10,7 @@ mod shape;
 
 use crate::each::{Each, EachOf, array_of, point_of, sum_of};
 use crate::error::MeshError;
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point, Vec3, padded};
 use elements::{Elements, Group};
 pub use shape::CellShape;
 pub(crate) use shape::spanned;
@@ -48,10 +48,10 @@ pub struct Mesh<const D: usize> {
 
 /// What a mesh is made of, its places with three components.
 struct Gathered {
-    points: Vec<Point<3>>,
+    points: Vec<Vec3>,
     elements: [Elements; 4],
     groups: Vec<Group>,
-    curved: HashMap<[u32; 2], Point<3>>,
+    curved: HashMap<[u32; 2], Vec3>,
 }
 
 /// Takes nodes, elements and groups of a body out of what a file has.

@@ -221,6 +221,7 @@ fn half_widths<const D: usize>(particles: &Particles<D>, particle: u32) -> Point
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::{Vec2, Vec3};
     use crate::particles::Support;
 
     /// The longest list of candidates at some points, each of which holds every particle that covers the point.
@@ -241,11 +242,10 @@ mod tests {
     #[test]
     fn candidates_hold_every_covering_particle() {
         let mut random = fastrand::Rng::with_seed(3);
-        let positions: Vec<Point<2>> = (0..200).map(|_| Point::<2>::new(random.f64() * 9.0, random.f64())).collect();
+        let positions: Vec<Vec2> = (0..200).map(|_| Vec2::new(random.f64() * 9.0, random.f64())).collect();
         let supports = (0..200).map(|_| Support::Ball(0.1 + random.f64())).collect();
         let particles = Particles::new(positions, supports).unwrap();
-        let at: Vec<Point<2>> =
-            (0..500).map(|_| Point::<2>::new(random.f64() * 12.0 - 1.5, random.f64() * 3.0 - 1.0)).collect();
+        let at: Vec<Vec2> = (0..500).map(|_| Vec2::new(random.f64() * 12.0 - 1.5, random.f64() * 3.0 - 1.0)).collect();
         longest(&particles, &BinGrid::new(&particles), &at);
     }
 
@@ -255,13 +255,13 @@ mod tests {
         // Spacings in proportion to the distance from the origin, over four decades.
         let mut point = || {
             let (radius, angle) = (10f64.powf(-4.0 * random.f64()), 6.3 * random.f64());
-            Point::<2>::new(radius * angle.cos(), radius * angle.sin())
+            Vec2::new(radius * angle.cos(), radius * angle.sin())
         };
-        let positions: Vec<Point<2>> = (0..4000).map(|_| point()).collect();
+        let positions: Vec<Vec2> = (0..4000).map(|_| point()).collect();
         let supports = positions.iter().map(|x| Support::Ball(0.15 * x.norm())).collect();
         let particles = Particles::new(positions, supports).unwrap();
         let grid = BinGrid::new(&particles);
-        let at: Vec<Point<2>> = (0..500).map(|_| point()).collect();
+        let at: Vec<Vec2> = (0..500).map(|_| point()).collect();
         let most = longest(&particles, &grid, &at);
         // About 20 particles cover each point.
         assert!(most < 130, "{most}");
@@ -274,14 +274,14 @@ mod tests {
     #[test]
     fn a_far_particle_does_not_blow_up_the_grid() {
         let mut random = fastrand::Rng::with_seed(3);
-        let mut positions: Vec<Point<3>> = (0..2000).map(|_| Point::<3>::from_fn(|_, _| random.f64())).collect();
+        let mut positions: Vec<Vec3> = (0..2000).map(|_| Vec3::from_fn(|_, _| random.f64())).collect();
         let at = positions.clone();
-        positions.push(Point::<3>::new(1e9, 1e9, 0.5));
+        positions.push(Vec3::new(1e9, 1e9, 0.5));
         let particles = Particles::new(positions, vec![Support::Ball(0.2); 2001]).unwrap();
         let grid = BinGrid::new(&particles);
         let size = |grid: &BinGrid<3>| grid.offsets.len() + grid.entries.len();
         assert!(size(&grid) + grid.finer.iter().map(|finer| size(&finer.1)).sum::<usize>() < 200 * 2001);
-        assert_eq!(grid.candidates(&Point::<3>::new(1e9, 1e9, 0.5)), [2000]);
+        assert_eq!(grid.candidates(&Vec3::new(1e9, 1e9, 0.5)), [2000]);
         // A bin and its particles' supports are 0.5 wide: an eighth of all.
         let most = longest(&particles, &grid, &at[..200]);
         assert!(most < 500, "{most}");

@@ -4,6 +4,8 @@
 //! $c = 3i + J$. A [`Tangent`] holds $A_{iJkL} = \partial P_{iJ}/\partial F_{kL}$ at row
 //! $3i + J$, column $3k + L$.
 
+use crate::geometry::Mat3;
+
 use nalgebra::{Matrix3, RealField, SMatrix, SVector};
 
 /// $\partial P_{iJ}/\partial F_{kL}$ at row $3i+J$, column $3k+L$ \[stress\].
@@ -19,15 +21,15 @@ pub type Vector9 = SVector<f64, 9>;
 /// assert_eq!(v[5], 6.0);
 /// ```
 #[inline]
-pub fn components(m: &Matrix3<f64>) -> Vector9 {
+pub fn components(m: &Mat3) -> Vector9 {
     // nalgebra stores by columns: the transpose read in memory order is the row order.
     Vector9::from_column_slice(m.transpose().as_slice())
 }
 
 /// The tensor with components `v` row by row; inverse of [`components`].
 #[inline]
-pub fn from_components(v: &Vector9) -> Matrix3<f64> {
-    Matrix3::from_row_slice(v.as_slice())
+pub fn from_components(v: &Vector9) -> Mat3 {
+    Mat3::from_row_slice(v.as_slice())
 }
 
 /// $\operatorname{cof} F = \partial J/\partial F = J F^{-T}$, defined for singular $F$ too.
@@ -55,7 +57,7 @@ pub(crate) fn inverse<T: RealField + Copy>(f: &Matrix3<T>) -> Option<Matrix3<T>>
 
 /// The inverse of a matrix of at most three rows; none where its determinant is zero.
 pub(crate) fn small_inverse<const D: usize>(m: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>> {
-    let (mut padded, mut found) = (Matrix3::identity(), SMatrix::zeros());
+    let (mut padded, mut found) = (Mat3::identity(), SMatrix::zeros());
     for j in 0..D {
         for i in 0..D {
             padded[(i, j)] = m[(i, j)];
@@ -72,7 +74,7 @@ pub(crate) fn small_inverse<const D: usize>(m: &SMatrix<f64, D, D>) -> Option<SM
 
 /// Adds $s\\,\partial^2 J/\partial F_{iJ}\partial F_{kL} = s\\,\epsilon_{ikm}\epsilon_{JLN}F_{mN}$ to `tangent`.
 #[inline]
-pub fn add_determinant_hessian(tangent: &mut Tangent, f: &Matrix3<f64>, s: f64) {
+pub fn add_determinant_hessian(tangent: &mut Tangent, f: &Mat3, s: f64) {
     for i in 0..3 {
         for j in 0..3 {
             // The eight nonzero (k, L) of ε_ikm ε_JLN reduce to four sign patterns per (i, J).
@@ -90,7 +92,7 @@ pub fn add_determinant_hessian(tangent: &mut Tangent, f: &Matrix3<f64>, s: f64) 
 /// $\partial^2 J/\partial F_c\\,\partial F_d$ for two components numbered row by row: one entry of
 /// [`add_determinant_hessian`] for callers that need few.
 #[inline(always)]
-pub(crate) fn determinant_hessian(f: &Matrix3<f64>, c: usize, d: usize) -> f64 {
+pub(crate) fn determinant_hessian(f: &Mat3, c: usize, d: usize) -> f64 {
     let (i, j, k, l) = (c / 3, c % 3, d / 3, d % 3);
     if i == k || j == l {
         return 0.0;
@@ -102,7 +104,7 @@ pub(crate) fn determinant_hessian(f: &Matrix3<f64>, c: usize, d: usize) -> f64 {
 
 /// As [`add_determinant_hessian`] in a few components $c = 3i + J$, row by row into `tangent`.
 #[inline(always)]
-pub(crate) fn add_hessian_in(components: &[usize], tangent: &mut [f64], f: &Matrix3<f64>, s: f64) {
+pub(crate) fn add_hessian_in(components: &[usize], tangent: &mut [f64], f: &Mat3, s: f64) {
     let n = components.len();
     if components.iter().copied().eq(0..9) {
         // The four entries of each row that are not zero.
@@ -129,13 +131,13 @@ pub(crate) fn add_hessian_in(components: &[usize], tangent: &mut [f64], f: &Matr
 }
 
 /// A third of the trace.
-pub(crate) fn mean(stress: &Matrix3<f64>) -> f64 {
+pub(crate) fn mean(stress: &Mat3) -> f64 {
     stress.trace() / 3.0
 }
 
 /// Von Mises' equivalent of a stress.
-pub(crate) fn von_mises(stress: &Matrix3<f64>) -> f64 {
-    (1.5f64).sqrt() * (stress - Matrix3::identity() * mean(stress)).norm()
+pub(crate) fn von_mises(stress: &Mat3) -> f64 {
+    (1.5f64).sqrt() * (stress - Mat3::identity() * mean(stress)).norm()
 }
 
 #[cfg(test)]
@@ -145,7 +147,7 @@ mod tests {
 
     #[test]
     fn cofactor_is_the_derivative_of_the_determinant() {
-        let f = Matrix3::new(1.1, 0.2, -0.3, 0.05, 0.9, 0.4, -0.2, 0.1, 1.3);
+        let f = Mat3::new(1.1, 0.2, -0.3, 0.05, 0.9, 0.4, -0.2, 0.1, 1.3);
         let cof = cofactor(&f);
         let expected = f.try_inverse().unwrap().transpose() * f.determinant();
         assert_eq!(inverse(&f), f.try_inverse());

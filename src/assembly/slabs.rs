@@ -203,7 +203,7 @@ impl<'a> Schedule<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Point;
+    use crate::geometry::Vec2;
     use crate::term::{Element, View};
 
     /// Cells of a strip or block that reach `overlap` cells beyond their own nodes, in any order.
@@ -251,7 +251,7 @@ mod tests {
             [([12, 60], 1, 1, 8), ([90, 7], 2, 1, 4), ([40, 41], 1, 997, 8), ([9, 9], 2, 1, 1), ([3, 4], 1, 1, 1)]
         {
             let term = Cells::new(counts, overlap, shuffle);
-            let at = |k: usize| Point::<2>::new((k % counts[0]) as f64, (k / counts[0]) as f64);
+            let at = |k: usize| Vec2::new((k % counts[0]) as f64, (k / counts[0]) as f64);
             let model = Model::new(&(0..counts[0] * counts[1]).map(at).collect::<Vec<_>>());
             let slabs = SlabSchedule::new(&model, &term);
             assert!(slabs.len() >= least, "{counts:?}: {} slabs of reach {}", slabs.len(), slabs.reach);

@@ -1,7 +1,7 @@
 //! Constraint equations at particles.
 
 use crate::error::{ApproximationError, Error};
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point, Vec3, padded};
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::table::check_values;
 use crate::term::Amplitude;
@@ -37,7 +37,7 @@ impl Constraints {
         &mut self,
         approximation: &dyn Approximation<D>,
         particles: &[usize],
-        normals: &[Point<3>],
+        normals: &[Vec3],
         prescription: &Prescription<'_>,
     ) -> Result<(), Error> {
         let rounding = rounding(approximation.nodes());

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::cells::BoundaryCells;
 use crate::error::{BoundaryError, Error};
-use crate::geometry::{Point, all_padded, unit};
+use crate::geometry::{Point, Vec3, all_padded, unit};
 use crate::kinematics::{self, Kinematics};
 use crate::order;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
@@ -75,7 +75,7 @@ impl Constraints {
     /// where that was not settled before, an earlier condition owns the equation.
     pub(crate) fn integrate(
         &mut self,
-        nodes: &[Point<3>],
+        nodes: &[Vec3],
         (functions, along_first): (&FacetFunctions, &mut Option<Sums>),
         prescription: &Prescription<'_>,
         yielded: Option<&HashSet<u32>>,
@@ -124,7 +124,7 @@ impl Constraints {
     /// which lie at `nodes` and have an order, for those that `tie` says are free along a component.
     pub(crate) fn bond(
         &mut self,
-        nodes: &[Point<3>],
+        nodes: &[Vec3],
         order: &Order,
         sides: [&FacetFunctions; 2],
         label: &str,
@@ -171,7 +171,7 @@ pub(crate) fn facet_order(boundary: &BoundaryCells<3>) -> Order {
 /// The integrals of the trace functions by the particle that each goes to: its own where that is free, or the nearest free one on a shared
 /// facet. One that has nowhere to go repeats what is prescribed already.
 fn received<'a>(
-    nodes: &[Point<3>],
+    nodes: &[Vec3],
     (order, neighbours): &Order,
     sums: &'a Sums,
     is_free: impl Fn(u32) -> bool,
@@ -245,7 +245,7 @@ pub(crate) type Sums = HashMap<u32, Integrals>;
 #[derive(Default)]
 pub(crate) struct Integrals {
     entries: HashMap<usize, f64>,
-    points: Vec<(Point<3>, f64)>,
+    points: Vec<(Vec3, f64)>,
 }
 
 /// The coefficients of several trace functions together, so many components further on, by rising index.

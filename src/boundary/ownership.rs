@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::cells::BoundaryCells;
 use crate::each::Each;
 use crate::error::{BoundaryError, Error};
-use crate::geometry::Point;
+use crate::geometry::{Point, Vec3};
 
 use super::over_boundary::rounding;
 use super::prescribed_directions::{PrescribedDirection, is_redundant, repeats};
@@ -60,7 +60,7 @@ impl Claims {
     /// Where the value differs from that of an earlier condition on a piece that faces the direction as much: neither owns the equation.
     pub(crate) fn add(
         &mut self,
-        (dim, nodes): (usize, &[Point<3>]),
+        (dim, nodes): (usize, &[Vec3]),
         (pieces, rebuilt): (&[Arc<BoundaryCells<3>>], bool),
         prescription: &Prescription<'_>,
     ) -> Result<Range<usize>, Error> {
@@ -98,7 +98,7 @@ impl Claims {
     }
 
     /// Gives each equation to one piece.
-    pub(crate) fn settle(&self, (dim, nodes): (usize, &[Point<3>])) -> Owners {
+    pub(crate) fn settle(&self, (dim, nodes): (usize, &[Vec3])) -> Owners {
         let owned = self.owned();
         let mut settled = Owners { yielded: vec![HashSet::new(); self.pieces], overruled: Vec::new() };
         let (rounding, mut known) = (rounding(nodes), HashSet::new());

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::each::{Each, EachOf, add, array_of};
 use crate::error::BoundaryError;
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 use crate::linear::vector::dot;
 use crate::term::Amplitude;
 
@@ -27,7 +27,7 @@ pub(crate) struct PrescribedDirection {
 }
 
 impl PrescribedDirection {
-    pub(crate) fn new(direction: Point<3>, label: &str, target: f64, amplitude: Amplitude) -> Self {
+    pub(crate) fn new(direction: Vec3, label: &str, target: f64, amplitude: Amplitude) -> Self {
         let direction = direction.into();
         PrescribedDirection { direction, label: label.to_string(), target, amplitude, equation: 0 }
     }
@@ -161,7 +161,7 @@ mod tests {
     use super::*;
 
     fn prescription([x, y]: [f64; 2], target: f64) -> PrescribedDirection {
-        PrescribedDirection::new(Point::<3>::new(x, y, 0.0), "a plane", target, Amplitude::Ramp)
+        PrescribedDirection::new(Vec3::new(x, y, 0.0), "a plane", target, Amplitude::Ramp)
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::BoundaryError;
-use crate::geometry::{Point, padded, unit};
+use crate::geometry::{Point, Vec3, padded, unit};
 use crate::term::Amplitude;
 
 use super::equation::check_component;
@@ -13,10 +13,10 @@ use super::prescribed_directions::PrescribedDirection;
 pub type Motion<const D: usize> = Arc<dyn Fn(&Point<D>, f64) -> f64 + Send + Sync>;
 
 /// The unit vector at a point with the outward normal of the boundary there (zero where there is none).
-type Along<'a> = Box<dyn Fn(&Point<3>, &Point<3>) -> Result<Point<3>, BoundaryError> + 'a>;
+type Along<'a> = Box<dyn Fn(&Vec3, &Vec3) -> Result<Vec3, BoundaryError> + 'a>;
 
 /// A value over weighed points: $g$ and $a(\lambda)$.
-pub(crate) type Value<'a> = Box<dyn Fn(Vec<(Point<3>, f64)>) -> (f64, Amplitude) + 'a>;
+pub(crate) type Value<'a> = Box<dyn Fn(Vec<(Vec3, f64)>) -> (f64, Amplitude) + 'a>;
 
 /// What a condition prescribes along a direction, at places with three components.
 pub(crate) struct Prescription<'a> {
@@ -37,7 +37,7 @@ impl<'a> Prescription<'a> {
     }
 
     /// What it prescribes at a point.
-    pub(crate) fn at(&self, x: &Point<3>, normal: &Point<3>) -> Result<PrescribedDirection, BoundaryError> {
+    pub(crate) fn at(&self, x: &Vec3, normal: &Vec3) -> Result<PrescribedDirection, BoundaryError> {
         let (target, amplitude) = (self.value)(vec![(*x, 1.0)]);
         Ok(PrescribedDirection::new((self.along)(x, normal)?, &self.label, target, amplitude))
     }

@@ -19,11 +19,11 @@ mod zoning;
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
-use nalgebra::{Matrix3, SymmetricEigen};
+use nalgebra::SymmetricEigen;
 
 use crate::each::{Each, EachOf, IntoEach, array_of};
 use crate::error::{ApproximationError, GeometryError, Invalid};
-use crate::geometry::{Part, Point};
+use crate::geometry::{Mat3, Part, Vec3};
 use crate::order;
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_halves, check_point_count};
@@ -96,7 +96,7 @@ pub struct CutLattice {
     cells: Vec<Vec<u32>>,
     features: Features,
     placed: Placed,
-    positions: Vec<Point<3>>,
+    positions: Vec<Vec3>,
     names: Vec<(String, Vec<u32>)>,
     /// Walls that are left with too few spacings across.
     left: Option<GeometryError>,
@@ -140,7 +140,7 @@ impl CutLattice {
         solid: &Solid3,
         spacing: f64,
         across: usize,
-        grading: impl Fn(&Point<3>) -> f64,
+        grading: impl Fn(&Vec3) -> f64,
     ) -> Result<Self, GeometryError> {
         let across = across as f64;
         let found = OnceCell::new();
@@ -154,9 +154,9 @@ impl CutLattice {
     pub(crate) fn walled(
         solid: &Solid3,
         spacing: f64,
-        grading: Option<&dyn Fn(&Point<3>) -> f64>,
+        grading: Option<&dyn Fn(&Vec3) -> f64>,
     ) -> Result<Self, GeometryError> {
-        let even = |_: &Point<3>| 1.0;
+        let even = |_: &Vec3| 1.0;
         let (fewest, across) = (LEAST_ACROSS, ACROSS);
         let (thinnest, sampled) = (across / f64::from(1 << HALVINGS), true);
         let grade = grading.unwrap_or(&even);
@@ -190,8 +190,8 @@ impl CutLattice {
     ///
     /// # Errors
     /// As [`new`](CutLattice::new), and for a matrix that is no rotation.
-    pub fn with_axes(solid: &Solid3, spacing: f64, axes: Matrix3<f64>) -> Result<Self, GeometryError> {
-        let off = (axes.transpose() * axes - Matrix3::identity()).norm().max((axes.determinant() - 1.0).abs());
+    pub fn with_axes(solid: &Solid3, spacing: f64, axes: Mat3) -> Result<Self, GeometryError> {
+        let off = (axes.transpose() * axes - Mat3::identity()).norm().max((axes.determinant() - 1.0).abs());
         ensure!(
             off < ROTATION,
             Invalid::new(
@@ -206,7 +206,7 @@ impl CutLattice {
     fn of_solid(
         solid: &Solid3,
         spacing: f64,
-        axes: Option<Matrix3<f64>>,
+        axes: Option<Mat3>,
         wanted: Option<&Wanted>,
     ) -> Result<Self, GeometryError> {
         check_spacing(spacing)?;
@@ -219,7 +219,7 @@ impl CutLattice {
             (frame, grid) = Frame::around(vertices, axes, spacing, 1 << deepest)?;
             grid = grid.with_macros(deepest, macros.into_iter());
         }
-        let corners: Vec<Point<3>> = vertices.mapped(|x| frame.local(x));
+        let corners: Vec<Vec3> = vertices.mapped(|x| frame.local(x));
         let split = Split::new(&corners, facets);
         let by_brick = ByBrick::new(&split, grid.len(), |place| grid.brick(place));
         let sections = Sections::new(&split, grid.clone());
@@ -276,7 +276,7 @@ impl CutLattice {
 
     /// The thinnest wall below half a spacing, in half spacings, half the spacing there in bricks, and where: between facets that look away
     /// from each other.
-    fn thinnest(&self) -> Option<(f64, f64, Point<3>)> {
+    fn thinnest(&self) -> Option<(f64, f64, Vec3)> {
         let normal = |patch: u32| self.features.normals[self.split.patches[patch as usize].facet as usize];
         let area = |patch: u32| {
             let [a, b, c] = self.patch(patch);
@@ -287,11 +287,11 @@ impl CutLattice {
         let mut by_leaf: Vec<(u32, u32)> = (0..self.grid.len()).flat_map(in_brick).collect();
         by_leaf.iter_mut().for_each(|own| own.0 = self.grid.leaf_of(own.0));
         order::sort(&mut by_leaf, &|a, b| a.0.cmp(&b.0));
-        let mut thinnest: Option<(f64, f64, Point<3>)> = None;
+        let mut thinnest: Option<(f64, f64, Vec3)> = None;
         for own in by_leaf.chunk_by(|a, b| a.0 == b.0) {
             let largest = own.iter().map(|own| own.1).max_by(|a, b| area(*a).total_cmp(&area(*b)).then(b.cmp(a)));
             let Some(patch) = largest else { continue };
-            let (from, inward) = (self.patch(patch).iter().sum::<Point<3>>() / 3.0, -normal(patch));
+            let (from, inward) = (self.patch(patch).iter().sum::<Vec3>() / 3.0, -normal(patch));
             let size = f64::from(self.half_spacing(own[0].0));
             let to = from + inward * size;
             for other in placing.near(&from, size).filter(|other| normal(*other).dot(&inward) > OPPOSITE) {
@@ -310,9 +310,9 @@ impl CutLattice {
     }
 
     /// Whether particles around a place spread in all directions, as they do where a body tapers off.
-    fn is_followed(&self, u: &Point<3>, size: f64) -> bool {
+    fn is_followed(&self, u: &Vec3, size: f64) -> bool {
         let near = self.placed.positions.iter().map(|x| (x - u) / size).filter(|off| off.norm() < NEAR);
-        let (mut count, mut mean, mut squares) = (0.0f64, Point::<3>::zeros(), Matrix3::zeros());
+        let (mut count, mut mean, mut squares) = (0.0f64, Vec3::zeros(), Mat3::zeros());
         for off in near {
             (count, mean, squares) = (count + 1.0, mean + off, squares + off * off.transpose());
         }
@@ -336,7 +336,7 @@ impl CutLattice {
     }
 
     /// Points of a run of patches with $n\,\mathrm dA$; each triangle in so many parts along its edges.
-    fn on_run(&self, rules: &Rules, run: &[u32], finer: usize, mut with: impl FnMut(Point<3>, Point<3>)) {
+    fn on_run(&self, rules: &Rules, run: &[u32], finer: usize, mut with: impl FnMut(Vec3, Vec3)) {
         match finer {
             1 => rules.on_piece(run.iter().map(|&patch| self.patch(patch)), with),
             _ => run.iter().for_each(|&patch| {
@@ -346,7 +346,7 @@ impl CutLattice {
     }
 
     /// Corners of a patch.
-    fn patch(&self, patch: u32) -> [Point<3>; 3] {
+    fn patch(&self, patch: u32) -> [Vec3; 3] {
         self.split.patches[patch as usize].corners.each(|corner| self.split.points[corner as usize])
     }
 
@@ -358,7 +358,7 @@ impl CutLattice {
     }
 
     /// Points of a section with $n\,\mathrm dA$ along its axis.
-    fn on_section(&self, rules: &Rules, section: u32, mut with: impl FnMut(Point<3>, Point<3>)) {
+    fn on_section(&self, rules: &Rules, section: u32, mut with: impl FnMut(Vec3, Vec3)) {
         let own = &self.sections.sections[section as usize];
         if own.triangles.is_empty() {
             let [a, b, _, d] = self.sections.corners(own).each(|corner| self.sections.point(&self.split, corner));
@@ -371,8 +371,8 @@ impl CutLattice {
     }
 
     /// The same of several sections on one face.
-    fn on_sections(&self, rules: &Rules, sections: &[u32], mut with: impl FnMut(Point<3>, Point<3>)) {
-        let mut triangles: Vec<[Point<3>; 3]> = Vec::with_capacity(2 * sections.len());
+    fn on_sections(&self, rules: &Rules, sections: &[u32], mut with: impl FnMut(Vec3, Vec3)) {
+        let mut triangles: Vec<[Vec3; 3]> = Vec::with_capacity(2 * sections.len());
         for &section in sections {
             each_triangle(&self.sections, section, |corners| {
                 triangles.push(corners.each(|corner| self.sections.point(&self.split, corner)));
@@ -394,7 +394,7 @@ impl CutLattice {
         let support = |own: &f64| {
             let half = 2.0 * r * f64::from(STEP) * self.frame.size * scale(*own);
             match self.frame.axes {
-                None => Support::Box(Point::<3>::repeat(half)),
+                None => Support::Box(Vec3::repeat(half)),
                 Some(axes) => Support::Parallelepiped(axes * half),
             }
         };
@@ -402,7 +402,7 @@ impl CutLattice {
     }
 
     /// Hands out the triangles around a sub-cell, seen from outside.
-    fn around(&self, part: &parts::Part, mut with: impl FnMut([Point<3>; 3])) {
+    fn around(&self, part: &parts::Part, mut with: impl FnMut([Vec3; 3])) {
         for &(section, sign) in &part.sections {
             each_triangle(&self.sections, section, |[a, b, c]| {
                 let base = if sign > 0.0 { [a, b, c] } else { [a, c, b] };
@@ -413,13 +413,13 @@ impl CutLattice {
     }
 
     /// Points inside a sub-cell with their weights, in coordinates of the lattice.
-    fn in_part(&self, rules: &Rules, part: u32, mut with: impl FnMut(Point<3>, f64)) {
+    fn in_part(&self, rules: &Rules, part: u32, mut with: impl FnMut(Vec3, f64)) {
         let part = &self.parts.parts[part as usize];
         self.around(part, |base| rules.in_tetrahedron(&part.centre, &base, &mut with));
     }
 
     /// Four points of sub-cells together that have their moments of second order.
-    fn by_moments(&self, parts: &[u32], with: impl FnMut(Point<3>, f64)) {
+    fn by_moments(&self, parts: &[u32], with: impl FnMut(Vec3, f64)) {
         let mut inertia = Inertia::default();
         for &part in parts {
             let part = &self.parts.parts[part as usize];
@@ -500,7 +500,7 @@ impl CutLattice {
         &self,
         pieces: &[u32],
         [parts, gauss]: [usize; 2],
-        holds: Option<&dyn Fn(&Point<3>) -> bool>,
+        holds: Option<&dyn Fn(&Vec3) -> bool>,
     ) -> Result<Vec<Site>, GeometryError> {
         if parts == 0 {
             Self::check_parts(parts)?;
@@ -524,7 +524,7 @@ impl CutLattice {
             }
         }
         for site in &mut sites {
-            site.close(holds.map(|holds| |middle: &Point<3>| holds(&self.frame.place(middle))));
+            site.close(holds.map(|holds| |middle: &Vec3| holds(&self.frame.place(middle))));
         }
         Ok(sites)
     }
@@ -583,10 +583,10 @@ impl CutLattice {
     /// thin those on its surface.
     fn free(&self, with: impl FnMut(u32, usize, f64)) {
         let inner = self.placed.positions.iter().zip(&self.placed.on).filter(|(_, on)| on.is_empty());
-        let mut cubes: BTreeMap<[i32; 3], Vec<Point<3>>> = BTreeMap::new();
-        let cube = |x: &Point<3>| -> [i32; 3] { array_of(|i| (x[i] / THIN).floor() as i32) };
+        let mut cubes: BTreeMap<[i32; 3], Vec<Vec3>> = BTreeMap::new();
+        let cube = |x: &Vec3| -> [i32; 3] { array_of(|i| (x[i] / THIN).floor() as i32) };
         inner.for_each(|(x, _)| cubes.entry(cube(x)).or_default().push(*x));
-        let is_thin = |x: &Point<3>| {
+        let is_thin = |x: &Vec3| {
             let (c, scale) = (cube(x), self.grid.scale(x));
             let rings = scale.ceil() as i32;
             let side = 2 * rings + 1;
@@ -654,7 +654,7 @@ fn marks(facets: usize, names: &[(String, Vec<u32>)]) -> Vec<u32> {
 }
 
 /// A triangle cut into so many parts along each edge.
-fn pieces_of([a, b, c]: &[Point<3>; 3], parts: usize, mut with: impl FnMut([Point<3>; 3])) {
+fn pieces_of([a, b, c]: &[Vec3; 3], parts: usize, mut with: impl FnMut([Vec3; 3])) {
     if parts == 1 {
         return with([*a, *b, *c]);
     }
@@ -670,7 +670,7 @@ fn pieces_of([a, b, c]: &[Point<3>; 3], parts: usize, mut with: impl FnMut([Poin
 }
 
 impl Cells<3> for CutLattice {
-    fn positions(&self) -> &[Point<3>] {
+    fn positions(&self) -> &[Vec3] {
         &self.positions
     }
 
@@ -702,7 +702,7 @@ impl Cells<3> for CutLattice {
         Some(Connections::new(Whole::new(&self.frame, &self.connected(), &self.cells, &self.placed.positions)))
     }
 
-    fn drawn_surface(&self) -> Option<(Vec<Point<3>>, Vec<Vec<usize>>)> {
+    fn drawn_surface(&self) -> Option<(Vec<Vec3>, Vec<Vec<usize>>)> {
         let facets = self.split.patches.iter().map(|patch| patch.corners.each(|corner| corner as usize).to_vec());
         Some((self.split.points.mapped(|u| self.frame.place(u)), facets.collect()))
     }
@@ -711,9 +711,9 @@ impl Cells<3> for CutLattice {
         self.spacings(particle).norm()
     }
 
-    fn spacings(&self, particle: usize) -> Point<3> {
+    fn spacings(&self, particle: usize) -> Vec3 {
         let scale = self.placed.scales.get(particle).copied().unwrap_or(f64::NAN);
-        Point::<3>::repeat(f64::from(STEP) * self.frame.size * scale)
+        Vec3::repeat(f64::from(STEP) * self.frame.size * scale)
     }
 
     fn particles(&self, r: f64) -> Result<Particles<3>, ApproximationError> {
@@ -785,7 +785,7 @@ impl Cells<3> for CutLattice {
         inner.iter().zip(seen).map(of_zone).collect()
     }
 
-    fn pressure_directions(&self, zones: &Zones) -> Option<Vec<Matrix3<f64>>> {
+    fn pressure_directions(&self, zones: &Zones) -> Option<Vec<Mat3>> {
         let (mut inner, zone_of) = self.inner(zones);
         let positions = &self.placed.positions;
         self.free(|part, particle, share| {
@@ -804,10 +804,10 @@ impl Cells<3> for CutLattice {
         let part = Rules::new(n.div_ceil(4))?;
         let measure = self.frame.size.powi(3);
         zones.points(self.cells.len(), |cell, points| {
-            let mut add = |at: Point<3>, weight: f64| points.push(self.frame.place(&at), weight * measure);
+            let mut add = |at: Vec3, weight: f64| points.push(self.frame.place(&at), weight * measure);
             if self.is_whole(cell) {
                 let (corner, size) = self.lowest(cell);
-                whole.in_brick(&Point::<3>::from(corner.each(f64::from)), f64::from(size), &mut add);
+                whole.in_brick(&Vec3::from(corner.each(f64::from)), f64::from(size), &mut add);
                 return;
             }
             for &own in &self.cells[cell] {
@@ -815,7 +815,7 @@ impl Cells<3> for CutLattice {
                 match self.is_whole_part(own) {
                     true => {
                         let (centre, size) = (own_part.centre, f64::from(self.size(own_part.brick)));
-                        part.in_brick(&(centre - Point::<3>::repeat(0.5 * size)), size, &mut add);
+                        part.in_brick(&(centre - Vec3::repeat(0.5 * size)), size, &mut add);
                     }
                     false if n <= 8 => self.by_moments(&[own], &mut add),
                     false => self.in_part(&part, own, &mut add),
@@ -850,7 +850,7 @@ impl Cells<3> for CutLattice {
                             let first = faces.first(section);
                             if of_section[first as usize] == NONE {
                                 of_section[first as usize] = out.facet_count() as u32;
-                                let add = |at, n: Point<3>| self.add_point(&mut out, at, n * area);
+                                let add = |at, n: Vec3| self.add_point(&mut out, at, n * area);
                                 match faces.all(first) {
                                     Some(all) => self.on_sections(&rules, all, add),
                                     None => self.on_section(&rules, first, add),
@@ -873,18 +873,17 @@ impl Cells<3> for CutLattice {
                     let mut interior = Vec::new();
                     if parts == 1 {
                         let measure = self.frame.size.powi(3);
-                        let mut add =
-                            |at: Point<3>, weight: f64| interior.push((self.frame.place(&at), weight * measure));
+                        let mut add = |at: Vec3, weight: f64| interior.push((self.frame.place(&at), weight * measure));
                         if self.is_whole(cell as usize) {
                             let (corner, size) = self.lowest(cell as usize);
-                            volume_rule.in_brick(&Point::<3>::from(corner.each(f64::from)), f64::from(size), &mut add);
+                            volume_rule.in_brick(&Vec3::from(corner.each(f64::from)), f64::from(size), &mut add);
                         } else {
                             self.by_moments(run, &mut add);
                         }
                     }
                     let volume: f64 = run.summed(|&part| self.parts.parts[part as usize].volume);
                     let moment = run.iter().map(|&part| &self.parts.parts[part as usize]);
-                    let moment = moment.map(|part| part.centre * part.volume).sum::<Point<3>>();
+                    let moment = moment.map(|part| part.centre * part.volume).sum::<Vec3>();
                     out.centres.push(self.frame.place(&(moment / volume)));
                     out.cells.push(facets);
                     out.interior.push(interior);
@@ -938,19 +937,19 @@ impl Cells<3> for CutLattice {
         Ok((0..self.positions.len()).filter(on).collect())
     }
 
-    fn contains(&self, at: &Point<3>) -> bool {
+    fn contains(&self, at: &Vec3) -> bool {
         self.holds(&self.frame.local(at))
     }
 }
 
 impl CutLattice {
-    fn add_point(&self, out: &mut Smoothing<3>, at: Point<3>, area: Point<3>) {
+    fn add_point(&self, out: &mut Smoothing<3>, at: Vec3, area: Vec3) {
         out.facet_points.push(self.frame.place(&at));
         out.facet_areas.push(self.frame.turned(&area));
     }
 
     /// Whether a place lies in the solid, or within a tenth of a spacing of its surface.
-    fn holds(&self, u: &Point<3>) -> bool {
+    fn holds(&self, u: &Vec3) -> bool {
         const SLACK: f64 = 0.2;
         let slack = SLACK * self.grid.scale(u);
         if !(0..3).all(|i| u[i] >= 0.0 && u[i] < self.grid.counts[i] as f64 - 1.0) {
@@ -964,7 +963,7 @@ impl CutLattice {
         // The surface between the place and a corner of its brick; lines through edges of facets are outvoted.
         let votes = (0..8).map(|k| {
             let node: [i32; 3] = array_of(|i| place[i] + ((k >> i) & 1));
-            let end = Point::<3>::from(node.each(f64::from));
+            let end = Vec3::from(node.each(f64::from));
             let patches = self.by_brick.patches(self.grid.brick(place)).iter();
             let crossed = patches.filter(|&&patch| crosses(u, &end, &self.patch(patch))).count();
             self.sections.is_inside(self.grid.node(node)) != (crossed % 2 == 1)
@@ -974,9 +973,8 @@ impl CutLattice {
 }
 
 /// Whether a line between two points goes through a triangle.
-fn crosses(from: &Point<3>, to: &Point<3>, [a, b, c]: &[Point<3>; 3]) -> bool {
-    let volume =
-        |p: &Point<3>, q: &Point<3>, r: &Point<3>, s: &Point<3>| (q - p).dot(&parts::cross(&(r - p), &(s - p)));
+fn crosses(from: &Vec3, to: &Vec3, [a, b, c]: &[Vec3; 3]) -> bool {
+    let volume = |p: &Vec3, q: &Vec3, r: &Vec3, s: &Vec3| (q - p).dot(&parts::cross(&(r - p), &(s - p)));
     let sides = [(a, b), (b, c), (c, a)].each(|(p, q)| volume(from, to, p, q) > 0.0);
     sides[0] == sides[1] && sides[1] == sides[2] && (volume(from, a, b, c) > 0.0) != (volume(to, a, b, c) > 0.0)
 }

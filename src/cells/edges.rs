@@ -1,10 +1,8 @@
 //! Boundary facets of scattered particles and the trace functions of weak constraint equations on them.
 
-use nalgebra::{Matrix3, Vector3};
-
 use crate::each::{Each, list_of};
 use crate::error::GeometryError;
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Vec2, Vec3};
 use crate::quadrature::{check_parts, gauss_legendre};
 
 use super::BoundaryCells;
@@ -58,7 +56,7 @@ fn with_traces(
                 let t = (part as f64 + t) / parts as f64;
                 let (position, along) = parabola(&from, &to, &bulge, t);
                 let length = along.norm();
-                let normal = Point::<2>::new(along[1], -along[0]) / length;
+                let normal = Vec2::new(along[1], -along[0]) / length;
                 let traces = if window.len() >= 3 {
                     normals.traces(piece, &window, chord, t, &normal)
                 } else {
@@ -74,18 +72,18 @@ fn with_traces(
 
 /// Mean normals of the particles along a curved piece.
 struct Normals {
-    normals: Vec<Point<2>>,
+    normals: Vec<Vec2>,
     closed: bool,
 }
 
 impl Normals {
     fn of(mesh: &Mesh, piece: &Piece) -> Self {
-        let chords: Vec<Point<2>> = piece
+        let chords: Vec<Vec2> = piece
             .particles
             .windows(2)
             .map(|w| {
                 let along = mesh.positions[w[1] as usize] - mesh.positions[w[0] as usize];
-                Point::<2>::new(along[1], -along[0])
+                Vec2::new(along[1], -along[0])
             })
             .collect();
         let n = chords.len();
@@ -128,15 +126,15 @@ impl Normals {
     }
 
     /// Trace functions moved as little as possible to sum to one and to the normal.
-    fn traces(&self, piece: &Piece, window: &[usize], chord: usize, t: f64, normal: &Point<2>) -> Vec<(u32, f64)> {
+    fn traces(&self, piece: &Piece, window: &[usize], chord: usize, t: f64, normal: &Vec2) -> Vec<(u32, f64)> {
         let n = self.normals.len() - 1;
         let place = |k: usize| if self.closed { k % n } else { k };
         let mut weights: Vec<f64> = window.mapped(|&k| {
             f64::from(u8::from(k == place(chord))) * (1.0 - t) + f64::from(u8::from(k == place(chord + 1))) * t
         });
-        let row = |k: usize| Vector3::new(1.0, self.normals[k][0], self.normals[k][1]);
-        let mut missing = Vector3::new(1.0, normal[0], normal[1]);
-        let mut gram = Matrix3::zeros();
+        let row = |k: usize| Vec3::new(1.0, self.normals[k][0], self.normals[k][1]);
+        let mut missing = Vec3::new(1.0, normal[0], normal[1]);
+        let mut gram = Mat3::zeros();
         for (&k, w) in window.iter().zip(&weights) {
             missing -= row(k) * *w;
             gram += row(k) * row(k).transpose();
@@ -144,7 +142,7 @@ impl Normals {
         // Normals that hardly differ make the Gram matrix singular: what is in its range is solved, the rest is zero.
         let eigen = gram.symmetric_eigen();
         let largest = eigen.eigenvalues.max();
-        let mut solution = Vector3::zeros();
+        let mut solution = Vec3::zeros();
         for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
             if *value > 1e-14 * largest {
                 solution += vector * (vector.dot(&missing) / value);

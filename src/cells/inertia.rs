@@ -1,42 +1,42 @@
 //! Moments of bodies and plane pieces, and the points that have them.
 
-use nalgebra::{Matrix3, SymmetricEigen};
+use nalgebra::SymmetricEigen;
 
 use crate::each::EachOf;
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Vec3};
 
 /// Measure and moments of a plane piece or a body.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Inertia {
     pub(super) measure: f64,
-    first: Point<3>,
-    second: Matrix3<f64>,
+    first: Vec3,
+    second: Mat3,
 }
 
 impl Inertia {
     /// Adds a simplex by its corners, three in a plane or four in space, its measure signed.
-    pub(super) fn add(&mut self, corners: &[Point<3>], measure: f64) {
+    pub(super) fn add(&mut self, corners: &[Vec3], measure: f64) {
         let count = corners.len() as f64;
-        let centre = corners.iter().sum::<Point<3>>() / count;
-        let spread = corners.iter().map(|x| (x - centre) * (x - centre).transpose()).sum::<Matrix3<f64>>();
+        let centre = corners.iter().sum::<Vec3>() / count;
+        let spread = corners.iter().map(|x| (x - centre) * (x - centre).transpose()).sum::<Mat3>();
         self.measure += measure;
         self.first += centre * measure;
         self.second += (spread / (count * (count + 1.0)) + centre * centre.transpose()) * measure;
     }
 
     /// Adds a point of a rule with its weight.
-    pub(super) fn add_point(&mut self, at: &Point<3>, weight: f64) {
+    pub(super) fn add_point(&mut self, at: &Vec3, weight: f64) {
         self.add(&[*at], weight);
     }
 
     /// Adds the tetrahedron from a place to a triangle around a body, seen from outside.
-    pub(super) fn add_cone(&mut self, apex: &Point<3>, [a, b, c]: &[Point<3>; 3]) {
+    pub(super) fn add_cone(&mut self, apex: &Vec3, [a, b, c]: &[Vec3; 3]) {
         let volume = (a - apex).dot(&(b - apex).cross(&(c - apex))) / 6.0;
         self.add(&[*apex, *a, *b, *c], volume);
     }
 
     /// Four points of a body that have its moments of second order.
-    pub(super) fn in_body(&self, mut with: impl FnMut(Point<3>, f64)) {
+    pub(super) fn in_body(&self, mut with: impl FnMut(Vec3, f64)) {
         if !(self.measure > 0.0) {
             return;
         }
@@ -48,7 +48,7 @@ impl Inertia {
 
     /// The centre, and the semi-axes of the points' spread: $\sqrt{\lambda_k}\,e_k$ with the eigenvalues of the second moments over the
     /// measure, the largest first.
-    pub(super) fn axes(&self) -> (Point<3>, [Point<3>; 3]) {
+    pub(super) fn axes(&self) -> (Vec3, [Vec3; 3]) {
         let centre = self.first / self.measure;
         let eigen = SymmetricEigen::new(self.second / self.measure - centre * centre.transpose());
         let mut order = [0, 1, 2];

@@ -1,9 +1,9 @@
 //! Supports of the particles of a lattice.
 
-use nalgebra::{Matrix3, SMatrix, SVD};
+use nalgebra::{SMatrix, SVD};
 
 use crate::error::{ApproximationError, GeometryError};
-use crate::geometry::{Block, Point};
+use crate::geometry::{Block, Mat3, Point};
 use crate::particles::{Particles, Support, check_dilation};
 
 use super::lattice::along_axes;
@@ -109,7 +109,7 @@ impl<const D: usize> Lattice<D> {
 
 /// The rotation nearest to unit vectors, by the polar decomposition of their matrix.
 fn rotation<const D: usize>(lines: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
-    let all = Matrix3::from_fn(|i, j| if i < D && j < D { lines[(i, j)] } else { f64::from(u8::from(i == j)) });
+    let all = Mat3::from_fn(|i, j| if i < D && j < D { lines[(i, j)] } else { f64::from(u8::from(i == j)) });
     match all.svd(true, true) {
         SVD { u: Some(u), v_t: Some(v), .. } => {
             let rotation = u * v;

@@ -141,6 +141,7 @@ mod tests {
     use super::*;
     use crate::cells::Layout;
     use crate::geometry::{Block, Mapped};
+    use crate::geometry::{Vec2, Vec3};
 
     /// The cells that contain a point, found by testing each cell of the lattice.
     fn holders<const D: usize>(lattice: &Lattice<D>, at: &Point<D>) -> usize {
@@ -150,18 +151,18 @@ mod tests {
     #[test]
     fn a_lattice_holds_what_one_of_its_cells_holds() {
         let mut random = fastrand::Rng::with_seed(4);
-        let ring = Mapped(|unit: &Point<2>| {
+        let ring = Mapped(|unit: &Vec2| {
             let (radius, angle) = (1.0 + unit[0], 4.0 * unit[1]);
-            Point::<2>::new(radius * angle.cos(), radius * angle.sin())
+            Vec2::new(radius * angle.cos(), radius * angle.sin())
         });
         let ring = Lattice::new(&ring, [6, 23], &Layout::Jittered { amount: 0.3, seed: 1 }).unwrap();
         let block = Block::new([0.0; 3], [1.0, 2.0, 1.0]).lattice([6, 10, 5]).unwrap();
         let (mut inside, mut outside) = (0, 0);
         for _ in 0..400 {
-            let at = Point::<2>::from_fn(|_, _| 5.0 * random.f64() - 2.5);
+            let at = Vec2::from_fn(|_, _| 5.0 * random.f64() - 2.5);
             let held = ring.contains(&at);
             assert_eq!(held, holders(&ring, &at) > 0, "{at:?}");
-            let at = Point::<3>::from_fn(|_, _| 2.5 * random.f64() - 0.25);
+            let at = Vec3::from_fn(|_, _| 2.5 * random.f64() - 0.25);
             assert_eq!(block.contains(&at), holders(&block, &at) > 0, "{at:?}");
             inside += usize::from(held);
             outside += usize::from(!held);

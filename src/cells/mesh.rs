@@ -7,7 +7,7 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
 
 use crate::each::{Each, EachOf, IntoEach};
 use crate::error::GeometryError;
-use crate::geometry::{Curve, Point, Region};
+use crate::geometry::{Curve, Region, Vec2};
 use crate::order;
 use crate::quadrature::Points;
 
@@ -27,7 +27,7 @@ pub(crate) struct Piece {
 /// Triangles are Delaunay, the chords between neighbouring particles on the boundary are edges.
 #[derive(Debug, Clone)]
 pub(crate) struct Mesh {
-    pub positions: Vec<Point<2>>,
+    pub positions: Vec<Vec2>,
     pub pieces: Vec<Piece>,
     /// Particles of each triangle, counter-clockwise.
     pub triangles: Vec<[u32; 3]>,
@@ -38,7 +38,7 @@ pub(crate) struct Mesh {
     /// Triangles beside each edge; on the boundary the second is `NONE`.
     pub beside: Vec<[u32; 2]>,
     /// How far the middle of each edge stands off its chord: on arcs, where a parabola follows them.
-    pub bulges: Vec<Point<2>>,
+    pub bulges: Vec<Vec2>,
     /// Curved edges by their ends, the lower one first.
     curved: HashMap<[u32; 2], u32>,
 }
@@ -51,7 +51,7 @@ const ONE_PLACE: f64 = 1e-9;
 
 impl Mesh {
     /// Triangulates particles with the given boundary pieces.
-    pub(crate) fn new(positions: Vec<Point<2>>, pieces: Vec<Piece>) -> Result<Self, GeometryError> {
+    pub(crate) fn new(positions: Vec<Vec2>, pieces: Vec<Piece>) -> Result<Self, GeometryError> {
         let refuse = |what, particle: usize, remedy| {
             let at = positions.get(particle).map(|x| x.as_slice().to_vec()).unwrap_or_default();
             Err(GeometryError::Shape { what, at, remedy })
@@ -121,7 +121,7 @@ impl Mesh {
         if let Some(particle) = used.iter().position(|u| !u) {
             return refuse("a particle lies outside of the region", particle, "give particles in the region");
         }
-        mesh.bulges = vec![Point::<2>::zeros(); mesh.edges.len()];
+        mesh.bulges = vec![Vec2::zeros(); mesh.edges.len()];
         mesh.positions = positions;
         mesh.pieces = pieces;
         Ok(mesh)
@@ -131,7 +131,7 @@ impl Mesh {
     pub(crate) fn bend(&mut self, region: &Region) {
         let outer = (0..self.edges.len()).filter(|&edge| self.beside[edge][1] == NONE);
         let known: HashMap<[u32; 2], usize> = outer.map(|edge| (sorted(self.edges[edge]), edge)).collect();
-        let mut bulges = vec![Point::<2>::zeros(); self.edges.len()];
+        let mut bulges = vec![Vec2::zeros(); self.edges.len()];
         // Pieces were made curve by curve.
         for (piece, (curve, _)) in self.pieces.iter().zip(region.loops.iter().flatten()) {
             for ends in piece.particles.windows(2).filter(|_| piece.curved) {
@@ -147,7 +147,7 @@ impl Mesh {
             let places = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]];
             if places.iter().any(|&[s, t]| !(bent(&corners, &sides, s, t).1 > 0.0)) {
                 for edge in self.triangle_edges[triangle] {
-                    self.bulges[edge as usize] = Point::<2>::zeros();
+                    self.bulges[edge as usize] = Vec2::zeros();
                 }
             }
         }
@@ -160,24 +160,23 @@ impl Mesh {
     }
 
     /// How far the middle of the edge between two particles stands off its chord.
-    pub(crate) fn bulge(&self, a: u32, b: u32) -> Point<2> {
-        self.curved.get(&sorted([a, b])).map_or_else(Point::<2>::zeros, |&edge| self.bulges[edge as usize])
+    pub(crate) fn bulge(&self, a: u32, b: u32) -> Vec2 {
+        self.curved.get(&sorted([a, b])).map_or_else(Vec2::zeros, |&edge| self.bulges[edge as usize])
     }
 
     /// Curved edges and their bulges.
-    pub(crate) fn curved(&self) -> impl Iterator<Item = (usize, Point<2>)> {
-        self.bulges.iter().copied().enumerate().filter(|(_, bulge)| *bulge != Point::<2>::zeros())
+    pub(crate) fn curved(&self) -> impl Iterator<Item = (usize, Vec2)> {
+        self.bulges.iter().copied().enumerate().filter(|(_, bulge)| *bulge != Vec2::zeros())
     }
 
     /// Bulges of a triangle's sides, side k from corner k to the next.
-    pub(crate) fn sides(&self, triangle: usize) -> [Point<2>; 3] {
+    pub(crate) fn sides(&self, triangle: usize) -> [Vec2; 3] {
         self.triangle_edges[triangle].each(|edge| self.bulges[edge as usize])
     }
 
     /// Given particles in a region: those on its lines and arcs become the boundary.
-    pub(crate) fn of_particles(region: &Region, positions: &[Point<2>]) -> Result<Self, GeometryError> {
-        let refuse =
-            |what, at: &Point<2>, remedy| Err(GeometryError::Shape { what, at: at.as_slice().to_vec(), remedy });
+    pub(crate) fn of_particles(region: &Region, positions: &[Vec2]) -> Result<Self, GeometryError> {
+        let refuse = |what, at: &Vec2, remedy| Err(GeometryError::Shape { what, at: at.as_slice().to_vec(), remedy });
         // Coordinates written with nine digits still lie on the boundary.
         let near = 1e-8 * region.extent();
         if let Some(at) = positions.iter().find(|x| !x.iter().all(|v| v.is_finite())) {
@@ -299,13 +298,13 @@ impl Mesh {
     }
 
     /// Corners of a triangle.
-    pub(crate) fn corners(&self, triangle: usize) -> [Point<2>; 3] {
+    pub(crate) fn corners(&self, triangle: usize) -> [Vec2; 3] {
         self.triangles[triangle].each(|p| self.positions[p as usize])
     }
 }
 
 /// A pair of points closer than `distance`.
-fn close_pair(positions: &[Point<2>], distance: f64) -> Option<[usize; 2]> {
+fn close_pair(positions: &[Vec2], distance: f64) -> Option<[usize; 2]> {
     let mut order: Vec<usize> = (0..positions.len()).collect();
     order::sort(&mut order, &|&a, &b| positions[a][0].total_cmp(&positions[b][0]));
     for (i, &a) in order.iter().enumerate() {
@@ -324,13 +323,13 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
 }
 
 /// Twice the signed area of a triangle.
-pub(crate) fn cross(a: Point<2>, b: Point<2>, c: Point<2>) -> f64 {
+pub(crate) fn cross(a: Vec2, b: Vec2, c: Vec2) -> f64 {
     let (u, v) = (b - a, c - a);
     u[0] * v[1] - u[1] * v[0]
 }
 
 /// Position and Jacobian of a triangle whose sides are parabolas, `s` of the way to corner 1 and `t` to corner 2.
-pub(crate) fn bent([a, b, c]: &[Point<2>; 3], bulges: &[Point<2>; 3], s: f64, t: f64) -> (Point<2>, f64) {
+pub(crate) fn bent([a, b, c]: &[Vec2; 3], bulges: &[Vec2; 3], s: f64, t: f64) -> (Vec2, f64) {
     let r = 1.0 - s - t;
     let position = a * r + b * s + c * t + (bulges[0] * (r * s) + bulges[1] * (s * t) + bulges[2] * (t * r)) * 4.0;
     let along_s = b - a + (bulges[0] * (r - s) + bulges[1] * t - bulges[2] * t) * 4.0;
@@ -339,24 +338,19 @@ pub(crate) fn bent([a, b, c]: &[Point<2>; 3], bulges: &[Point<2>; 3], s: f64, t:
 }
 
 /// A point on a parabola at $t \in \[0,1\]$ from one end to the other, and its derivative.
-pub(crate) fn parabola(from: &Point<2>, to: &Point<2>, bulge: &Point<2>, t: f64) -> (Point<2>, Point<2>) {
+pub(crate) fn parabola(from: &Vec2, to: &Vec2, bulge: &Vec2, t: f64) -> (Vec2, Vec2) {
     (from * (1.0 - t) + to * t + bulge * (4.0 * t * (1.0 - t)), to - from + bulge * (4.0 - 8.0 * t))
 }
 
 /// Three points of a triangle and their weights, exact to degree 2. They lie inside: points on its sides would lose their
 /// measure on an axis of revolution, and what is left would not tell linear fields apart.
-pub(crate) fn three_points([a, b, c]: [Point<2>; 3], area: f64) -> [(Point<2>, f64); 3] {
+pub(crate) fn three_points([a, b, c]: [Vec2; 3], area: f64) -> [(Vec2, f64); 3] {
     let third = (a + b + c) / 6.0;
     [a, b, c].each(|corner| (third + corner * 0.5, area / 3.0))
 }
 
 /// Adds the Gauss points of the square collapsed onto a triangle, exact to degree $2n - 2$ for a rule of $n$ points.
-pub(crate) fn collapse(
-    rule: &(Vec<f64>, Vec<f64>),
-    corners: &[Point<2>; 3],
-    bulges: &[Point<2>; 3],
-    points: &mut Points<2>,
-) {
+pub(crate) fn collapse(rule: &(Vec<f64>, Vec<f64>), corners: &[Vec2; 3], bulges: &[Vec2; 3], points: &mut Points<2>) {
     for (s, ws) in rule.0.iter().zip(&rule.1) {
         for (t, wt) in rule.0.iter().zip(&rule.1) {
             let (position, jacobian) = bent(corners, bulges, (1.0 - t) * s, t * s);
@@ -366,11 +360,11 @@ pub(crate) fn collapse(
 }
 
 /// The centre of the circle through the corners.
-pub(crate) fn circumcentre([a, b, c]: [Point<2>; 3]) -> Point<2> {
+pub(crate) fn circumcentre([a, b, c]: [Vec2; 3]) -> Vec2 {
     let (u, v) = (b - a, c - a);
     let (uu, vv) = (u.norm_squared(), v.norm_squared());
     let twice = 2.0 * (u[0] * v[1] - u[1] * v[0]);
-    a + Point::<2>::new(v[1] * uu - u[1] * vv, u[0] * vv - v[0] * uu) / twice
+    a + Vec2::new(v[1] * uu - u[1] * vv, u[0] * vv - v[0] * uu) / twice
 }
 /// Which faces lie in the region.
 fn inside(delaunay: &ConstrainedDelaunayTriangulation<Point2<f64>>) -> Vec<bool> {

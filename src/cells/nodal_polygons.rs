@@ -1,7 +1,7 @@
 //! Voronoi cells of a mesh as polygons.
 
 use crate::each::list_of;
-use crate::geometry::Point;
+use crate::geometry::Vec2;
 
 use super::mesh::{Mesh, NONE, circumcentre, cross};
 use super::polygons::Polygons;
@@ -10,8 +10,8 @@ use super::polygons::Polygons;
 const INSIDE: f64 = 0.05;
 
 /// The Voronoi vertex of each triangle: its circumcentre, pulled inside where a fan would fold over.
-fn vertices(mesh: &Mesh) -> Vec<Point<2>> {
-    let mut vertices: Vec<Point<2>> = list_of(mesh.triangles.len(), |t| circumcentre(mesh.corners(t)));
+fn vertices(mesh: &Mesh) -> Vec<Vec2> {
+    let mut vertices: Vec<Vec2> = list_of(mesh.triangles.len(), |t| circumcentre(mesh.corners(t)));
     let mut pulled = vec![false; vertices.len()];
     // Each round pulls at least one triangle; few are ever pulled.
     loop {
@@ -88,7 +88,7 @@ pub(super) fn ordered_stars(mesh: &Mesh) -> Vec<Vec<u32>> {
 }
 
 /// Vertices of all Voronoi cells: particles, middles of edges, Voronoi vertices.
-pub(super) fn vertex_list(mesh: &Mesh) -> (Vec<Point<2>>, u32, u32) {
+pub(super) fn vertex_list(mesh: &Mesh) -> (Vec<Vec2>, u32, u32) {
     let mut list = mesh.positions.clone();
     let middles = list.len() as u32;
     // From the lower particle to the higher one, as everywhere.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::error::GeometryError;
-use crate::geometry::Point;
+use crate::geometry::Vec2;
 use crate::quadrature::{Points, gauss_legendre};
 
 use super::Smoothing;
@@ -12,7 +12,7 @@ use super::smoothing::on_facets;
 
 /// Polygons over shared vertices, counter-clockwise, in groups.
 pub(crate) struct Polygons {
-    pub vertices: Vec<Point<2>>,
+    pub vertices: Vec<Vec2>,
     /// Vertices of all polygons, one after the other; each is star-shaped about its first vertex.
     pub corners: Vec<u32>,
     /// Polygon $c$ has the corners `offsets[c]..offsets[c + 1]`.
@@ -21,11 +21,11 @@ pub(crate) struct Polygons {
     pub groups: Vec<usize>,
     /// How far the middle of a side stands off its chord, by its vertices, the lower one first; sides not listed are
     /// straight.
-    pub bulges: HashMap<(u32, u32), Point<2>>,
+    pub bulges: HashMap<(u32, u32), Vec2>,
 }
 
 impl Polygons {
-    pub(crate) fn new(vertices: Vec<Point<2>>) -> Self {
+    pub(crate) fn new(vertices: Vec<Vec2>) -> Self {
         Polygons { vertices, corners: Vec::new(), offsets: vec![0], groups: vec![0], bulges: HashMap::new() }
     }
 
@@ -35,7 +35,7 @@ impl Polygons {
     }
 
     /// Moves a chain of vertices at equal parts of a chord onto its parabola, whose pieces follow it.
-    pub(crate) fn bend(&mut self, chain: &[u32], bulge: &Point<2>) {
+    pub(crate) fn bend(&mut self, chain: &[u32], bulge: &Vec2) {
         let parts = chain.len() - 1;
         for (k, ends) in chain.windows(2).enumerate() {
             if k > 0 {
@@ -47,8 +47,8 @@ impl Polygons {
         }
     }
 
-    pub(crate) fn bulge(&self, a: u32, b: u32) -> Point<2> {
-        self.bulges.get(&(a.min(b), a.max(b))).copied().unwrap_or_else(Point::<2>::zeros)
+    pub(crate) fn bulge(&self, a: u32, b: u32) -> Vec2 {
+        self.bulges.get(&(a.min(b), a.max(b))).copied().unwrap_or_else(Vec2::zeros)
     }
 
     pub(crate) fn close_group(&mut self) {
@@ -82,7 +82,7 @@ impl Polygons {
                     for (t, w) in abscissae.iter().zip(&weights) {
                         let (position, along) = parabola(&from, &to, &bulge, *t);
                         smoothing.facet_points.push(position);
-                        smoothing.facet_areas.push(Point::<2>::new(along[1], -along[0]) * *w);
+                        smoothing.facet_areas.push(Vec2::new(along[1], -along[0]) * *w);
                     }
                 }
                 // The first polygon stores its edge outward; the second runs it the other way.
@@ -91,7 +91,7 @@ impl Polygons {
             smoothing.cells.push(facets);
             let at = |k: usize| self.vertices[corners[k] as usize];
             let mut interior = Vec::with_capacity(3 * (corners.len() - 2));
-            let (mut centre, mut area) = (Point::<2>::zeros(), 0.0);
+            let (mut centre, mut area) = (Vec2::zeros(), 0.0);
             for k in 1..corners.len() - 1 {
                 let (a, b, c) = (at(0), at(k), at(k + 1));
                 let part = 0.5 * cross(a, b, c);
@@ -100,11 +100,11 @@ impl Polygons {
                 let side = |first: usize, second: usize| self.bulge(corners[first], corners[second]);
                 // Diagonals are straight.
                 let bulges = [
-                    if k == 1 { side(0, 1) } else { Point::<2>::zeros() },
+                    if k == 1 { side(0, 1) } else { Vec2::zeros() },
                     side(k, k + 1),
-                    if k + 2 == corners.len() { side(k + 1, 0) } else { Point::<2>::zeros() },
+                    if k + 2 == corners.len() { side(k + 1, 0) } else { Vec2::zeros() },
                 ];
-                if bulges == [Point::<2>::zeros(); 3] {
+                if bulges == [Vec2::zeros(); 3] {
                     interior.extend(three_points([a, b, c], part));
                 } else {
                     let mut points = Points::empty();

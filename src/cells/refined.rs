@@ -10,7 +10,7 @@ use nalgebra::Matrix2;
 
 use crate::each::{Each, EachOf, array_of, list_of};
 use crate::error::{ApproximationError, GeometryError};
-use crate::geometry::{Domain, Point, Side};
+use crate::geometry::{Domain, Point, Side, Vec2};
 use crate::order;
 use crate::particles::{Particles, Support};
 
@@ -52,16 +52,16 @@ pub struct Refined {
     domain: Arc<dyn Domain<2>>,
     base: Lattice<2>,
     macros: BTreeSet<Macro>,
-    positions: Vec<Point<2>>,
+    positions: Vec<Vec2>,
     /// Integer coordinates of the particles.
     places: Vec<(u32, u32)>,
     /// Four cells for each macro cell, in its order.
     cells: Vec<Cell>,
-    spacing: Vec<Point<2>>,
+    spacing: Vec<Vec2>,
     /// Directions along the axes of the domain at each particle, as long as its spacing along them.
     axes: Vec<Matrix2<f64>>,
     /// How far the middles of curved sides on the boundary stand off their chords, by their ends, the lower one first.
-    bulges: BTreeMap<(u32, u32), Point<2>>,
+    bulges: BTreeMap<(u32, u32), Vec2>,
 }
 
 impl std::fmt::Debug for Refined {
@@ -204,7 +204,7 @@ impl Refined {
         }
         let total = self.base.cell_counts().each(|c| c as f64 * f64::from(UNIT));
         self.places = numbers.keys().copied().collect();
-        let unit = |&(y, x): &(u32, u32)| Point::<2>::new(f64::from(x) / total[0], f64::from(y) / total[1]);
+        let unit = |&(y, x): &(u32, u32)| Vec2::new(f64::from(x) / total[0], f64::from(y) / total[1]);
         self.positions = self.places.mapped(|place| self.domain.position(&unit(place)));
         self.cells = squares.mapped(|&(y, x, side)| {
             let corners = [(y, x), (y, x + side), (y + side, x + side), (y + side, x)];
@@ -239,7 +239,7 @@ impl Refined {
     }
 
     /// Curved sides on the boundary, with the middles that `middle(place, place)` gives.
-    fn sides_between(&self, middle: impl Fn((u32, u32), (u32, u32)) -> Point<2>) -> BTreeMap<(u32, u32), Point<2>> {
+    fn sides_between(&self, middle: impl Fn((u32, u32), (u32, u32)) -> Vec2) -> BTreeMap<(u32, u32), Vec2> {
         if !self.base.is_curved() {
             return BTreeMap::new();
         }
@@ -253,12 +253,12 @@ impl Refined {
     }
 
     /// Lets sides follow these bulges where their cells keep their orientation.
-    fn bend(&mut self, bulges: BTreeMap<(u32, u32), Point<2>>) {
+    fn bend(&mut self, bulges: BTreeMap<(u32, u32), Vec2>) {
         self.bulges = bulges;
         for cell in 0..self.cells.len() {
             let shape = self.shape(cell);
             let measure = |place: usize| {
-                let at = Point::<2>::new((place % 3) as f64, (place / 3) as f64) * 0.5;
+                let at = Vec2::new((place % 3) as f64, (place / 3) as f64) * 0.5;
                 determinant(&shape.map(&at).1)
             };
             if (0..9).any(|place| !(measure(place) > 0.0)) {
@@ -277,25 +277,25 @@ impl Refined {
     }
 
     /// How far the middle between two particles stands off their chord.
-    fn bulge(&self, a: u32, b: u32) -> Point<2> {
-        self.bulges.get(&(a.min(b), a.max(b))).copied().unwrap_or_else(Point::<2>::zeros)
+    fn bulge(&self, a: u32, b: u32) -> Vec2 {
+        self.bulges.get(&(a.min(b), a.max(b))).copied().unwrap_or_else(Vec2::zeros)
     }
 
     /// The shape of a cell, with parabolas on curved sides.
     fn shape(&self, cell: usize) -> Shape<2> {
         let corners = self.eight(cell);
-        let bulges: [Point<2>; 4] = array_of(|side| {
+        let bulges: [Vec2; 4] = array_of(|side| {
             let (a, b) = self.side(cell, side);
             self.bulge(a, b)
         });
-        if bulges == [Point::<2>::zeros(); 4] {
+        if bulges == [Vec2::zeros(); 4] {
             return Shape::Straight(corners);
         }
-        let mut nodes = [Point::<2>::zeros(); 27];
+        let mut nodes = [Vec2::zeros(); 27];
         for (place, node) in nodes.iter_mut().enumerate().take(9) {
             let (s, t) = ((place % 3) as f64 * 0.5, (place / 3) as f64 * 0.5);
             let off = [(s, 1.0 - t), (t, s), (s, t), (t, 1.0 - s)];
-            *node = multilinear(&corners, &Point::<2>::new(s, t)).0;
+            *node = multilinear(&corners, &Vec2::new(s, t)).0;
             for (bulge, (along, near)) in bulges.iter().zip(off) {
                 *node += bulge * (4.0 * along * (1.0 - along) * near);
             }
@@ -309,7 +309,7 @@ impl Refined {
         [Some(ends[0]), cell.hanging[side], Some(ends[1])].into_iter().flatten().collect()
     }
 
-    fn supports(&self, dilation: impl Fn(usize) -> Point<2>) -> Result<Particles<2>, ApproximationError> {
+    fn supports(&self, dilation: impl Fn(usize) -> Vec2) -> Result<Particles<2>, ApproximationError> {
         let supports = list_of(self.positions.len(), |p| Support::Box(dilation(p)));
         Particles::new(self.positions.clone(), supports)
     }
@@ -317,8 +317,8 @@ impl Refined {
 
 impl Refined {
     /// Corners as the multilinear map wants them, axis 0 running fastest.
-    fn eight(&self, cell: usize) -> [Point<2>; 8] {
-        let mut corners = [Point::<2>::zeros(); 8];
+    fn eight(&self, cell: usize) -> [Vec2; 8] {
+        let mut corners = [Vec2::zeros(); 8];
         for (slot, k) in corners.iter_mut().zip([0, 1, 3, 2]) {
             *slot = self.positions[self.cells[cell].corners[k] as usize];
         }
@@ -342,7 +342,7 @@ impl Refined {
 }
 
 /// The largest components of vectors.
-fn largest(vectors: impl Iterator<Item = Point<2>>) -> Point<2> {
+fn largest(vectors: impl Iterator<Item = Vec2>) -> Vec2 {
     vectors.fold(Point::zeros(), |largest, v| largest.zip_map(&v, |l, v| l.max(v.abs())))
 }
 
@@ -350,12 +350,12 @@ fn largest(vectors: impl Iterator<Item = Point<2>>) -> Point<2> {
 ///
 /// Lattices have supports half-way to a turned box; but a parallelogram sees no farther than its neighbours, and what
 /// it would take from finer ones nearby costs accuracy.
-fn half_axes(directions: &[Vec<Point<2>>; 2]) -> Matrix2<f64> {
-    let column = |directions: &Vec<Point<2>>| {
+fn half_axes(directions: &[Vec<Vec2>; 2]) -> Matrix2<f64> {
+    let column = |directions: &Vec<Vec2>| {
         let up =
-            |direction: &Point<2>| direction.normalize() * if direction.dot(&directions[0]) < 0.0 { -1.0 } else { 1.0 };
+            |direction: &Vec2| direction.normalize() * if direction.dot(&directions[0]) < 0.0 { -1.0 } else { 1.0 };
         let longest = directions.largest(|direction| direction.norm());
-        directions.iter().map(up).sum::<Point<2>>().normalize() * longest
+        directions.iter().map(up).sum::<Vec2>().normalize() * longest
     };
     Matrix2::from_columns(&[column(&directions[0]), column(&directions[1])])
 }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::each::Each;
 use crate::error::{GeometryError, Invalid};
-use crate::geometry::{Curve, Point, Region};
+use crate::geometry::{Curve, Region, Vec2};
 
 use super::mesh::{Mesh, Piece, cross};
 
@@ -41,14 +41,14 @@ const SAMPLES: usize = 160;
 
 /// A spacing function whose values are checked where it is evaluated.
 pub(crate) struct Spacing<'a> {
-    pub function: &'a dyn Fn(&Point<2>) -> f64,
+    pub function: &'a dyn Fn(&Vec2) -> f64,
     pub factor: f64,
     /// Below this it is refused.
     pub floor: f64,
 }
 
 impl Spacing<'_> {
-    fn at(&self, x: &Point<2>) -> Result<f64, GeometryError> {
+    fn at(&self, x: &Vec2) -> Result<f64, GeometryError> {
         let h = self.factor * (self.function)(x);
         if h > 0.0 && h >= self.floor && h.is_finite() {
             Ok(h)
@@ -67,7 +67,7 @@ impl Spacing<'_> {
         let step = (region.max - region.min) / SAMPLES as f64;
         let (mut inner, mut smallest, mut seen) = (0.0, f64::INFINITY, 0.0);
         for k in 0..SAMPLES * SAMPLES {
-            let offset = Point::<2>::new((k % SAMPLES) as f64 + 0.5, (k / SAMPLES) as f64 + 0.5);
+            let offset = Vec2::new((k % SAMPLES) as f64 + 0.5, (k / SAMPLES) as f64 + 0.5);
             let x = region.min + offset.component_mul(&step);
             if region.contains(&x) {
                 let h = self.at(&x)?;
@@ -90,11 +90,7 @@ impl Spacing<'_> {
 }
 
 /// The factor on a spacing function that gives about `count` particles.
-pub(crate) fn factor_for(
-    region: &Region,
-    function: &dyn Fn(&Point<2>) -> f64,
-    count: usize,
-) -> Result<f64, GeometryError> {
+pub(crate) fn factor_for(region: &Region, function: &dyn Fn(&Vec2) -> f64, count: usize) -> Result<f64, GeometryError> {
     // Homogeneous in the factor: a / f² + b / f + 1 = count.
     let ([a, b], _) = Spacing { function, factor: 1.0, floor: 0.0 }.expected(region)?;
     let wanted = (count as f64 - 1.0).max(2.0);
@@ -102,7 +98,7 @@ pub(crate) fn factor_for(
 }
 
 /// About how many particles a spacing gives a region.
-pub(crate) fn expected(region: &Region, function: &dyn Fn(&Point<2>) -> f64) -> Result<f64, GeometryError> {
+pub(crate) fn expected(region: &Region, function: &dyn Fn(&Vec2) -> f64) -> Result<f64, GeometryError> {
     let ([inside, outline], _) = Spacing { function, factor: 1.0, floor: 0.0 }.expected(region)?;
     Ok(inside + outline + 1.0)
 }
@@ -143,7 +139,7 @@ pub(crate) fn scatter(region: &Region, spacing: &Spacing<'_>, settings: &Scatter
 }
 
 /// Particles on the boundary.
-fn boundary(region: &Region, spacing: &Spacing<'_>) -> Result<(Vec<Point<2>>, Vec<Piece>), GeometryError> {
+fn boundary(region: &Region, spacing: &Spacing<'_>) -> Result<(Vec<Vec2>, Vec<Piece>), GeometryError> {
     let mut positions = Vec::new();
     let mut pieces = Vec::new();
     for curves in &region.loops {
@@ -164,7 +160,7 @@ fn boundary(region: &Region, spacing: &Spacing<'_>) -> Result<(Vec<Point<2>>, Ve
 }
 
 /// Points inside a curve at equal steps of $\int\mathrm ds/h$.
-fn divide(curve: &Curve, spacing: &Spacing<'_>, least: usize) -> Result<Vec<Point<2>>, GeometryError> {
+fn divide(curve: &Curve, spacing: &Spacing<'_>, least: usize) -> Result<Vec<Vec2>, GeometryError> {
     // Enough samples that the sum changes by far less than one particle.
     const STEPS: usize = 4000;
     let mut sums = Vec::with_capacity(STEPS + 1);
@@ -187,7 +183,7 @@ fn divide(curve: &Curve, spacing: &Spacing<'_>, least: usize) -> Result<Vec<Poin
 
 /// Particles in a grid of lists.
 struct Bins {
-    min: Point<2>,
+    min: Vec2,
     inverse: f64,
     counts: [usize; 2],
     heads: Vec<u32>,
@@ -213,14 +209,14 @@ impl Bins {
         (((value - self.min[axis]) * self.inverse).max(0.0) as usize).min(self.counts[axis] - 1)
     }
 
-    fn push(&mut self, x: &Point<2>) {
+    fn push(&mut self, x: &Vec2) {
         let bin = self.bin(x[1], 1) * self.counts[0] + self.bin(x[0], 0);
         self.next.push(self.heads[bin]);
         self.heads[bin] = self.next.len() as u32 - 1;
     }
 
     /// Whether any particle within `reach` satisfies a condition.
-    fn any(&self, x: &Point<2>, reach: f64, mut found: impl FnMut(usize) -> bool) -> bool {
+    fn any(&self, x: &Vec2, reach: f64, mut found: impl FnMut(usize) -> bool) -> bool {
         let range = |i: usize| self.bin(x[i] - reach, i)..=self.bin(x[i] + reach, i);
         for row in range(1) {
             for column in range(0) {
@@ -242,7 +238,7 @@ fn blue_noise(
     region: &Region,
     spacing: &Spacing<'_>,
     seed: u64,
-    positions: &mut Vec<Point<2>>,
+    positions: &mut Vec<Vec2>,
     mut spacings: Vec<f64>,
     bins: &mut Bins,
 ) -> Result<(), GeometryError> {
@@ -255,7 +251,7 @@ fn blue_noise(
         for _ in 0..TRIES {
             let radius = CLOSEST * spacings[parent] * (1.0 + random.f64());
             let angle = TAU * random.f64();
-            let x = positions[parent] + Point::<2>::new(angle.cos(), angle.sin()) * radius;
+            let x = positions[parent] + Vec2::new(angle.cos(), angle.sin()) * radius;
             if (0..2).any(|i| x[i] <= region.min[i] || x[i] >= region.max[i]) {
                 continue;
             }
@@ -311,7 +307,7 @@ impl Chords {
         Chords { bins, lengths, longest }
     }
 
-    fn clear(&self, x: &Point<2>, positions: &[Point<2>]) -> bool {
+    fn clear(&self, x: &Vec2, positions: &[Vec2]) -> bool {
         !self.bins.any(x, CLEAR * self.longest, |p| (positions[p] - x).norm() < CLEAR * self.lengths[p])
     }
 }
@@ -324,7 +320,7 @@ fn relax(
     spacing: &Spacing<'_>,
     chords: &Chords,
 ) -> Result<(), GeometryError> {
-    let mut sums = vec![(Point::<2>::zeros(), 0.0); mesh.positions.len()];
+    let mut sums = vec![(Vec2::zeros(), 0.0); mesh.positions.len()];
     for triangle in 0..mesh.triangles.len() {
         let [a, b, c] = mesh.corners(triangle);
         let middle = (a + b + c) / 3.0;

@@ -2,7 +2,7 @@
 
 use crate::each::{Each, EachOf, list_of};
 use crate::error::{ApproximationError, GeometryError};
-use crate::geometry::{Bounds, Part, Point, Region};
+use crate::geometry::{Bounds, Part, Region, Vec2};
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_parts, check_point_count, gauss_legendre};
 
@@ -51,7 +51,7 @@ impl Triangulation {
     /// For spacings that are not positive or larger than the shape.
     pub fn scattered(
         region: &Region,
-        spacing: impl Fn(&Point<2>) -> f64,
+        spacing: impl Fn(&Vec2) -> f64,
         settings: &Scatter,
     ) -> Result<Self, GeometryError> {
         let spacing = Spacing { function: &spacing, factor: 1.0, floor: 0.0 };
@@ -65,7 +65,7 @@ impl Triangulation {
     pub fn about(
         region: &Region,
         count: usize,
-        spacing: impl Fn(&Point<2>) -> f64,
+        spacing: impl Fn(&Vec2) -> f64,
         settings: &Scatter,
     ) -> Result<Self, GeometryError> {
         let mut factor = factor_for(region, &spacing, count)?;
@@ -88,7 +88,7 @@ impl Triangulation {
     ///
     /// # Errors
     /// Where two particles are at one place, one is outside, a corner has none, or all are on one line.
-    pub fn of_particles(region: &Region, positions: &[Point<2>]) -> Result<Self, GeometryError> {
+    pub fn of_particles(region: &Region, positions: &[Vec2]) -> Result<Self, GeometryError> {
         Ok(Triangulation::over(Mesh::of_particles(region, positions)?, region))
     }
 
@@ -205,7 +205,7 @@ impl Cells<2> for Triangulation {
         self.left.as_ref()
     }
 
-    fn positions(&self) -> &[Point<2>] {
+    fn positions(&self) -> &[Vec2] {
         &self.mesh.positions
     }
 
@@ -282,7 +282,7 @@ impl Cells<2> for Triangulation {
         Ok(nodes)
     }
 
-    fn contains(&self, at: &Point<2>) -> bool {
+    fn contains(&self, at: &Vec2) -> bool {
         let around = |triangle| Bounds::of(&self.mesh.corners(triangle)).grown(SLACK);
         self.locator.any(self.mesh.triangles.len(), at, around, |triangle| {
             let [a, b, c] = self.mesh.corners(triangle);

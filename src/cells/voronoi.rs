@@ -2,7 +2,7 @@
 
 use crate::each::EachOf;
 use crate::error::{ApproximationError, GeometryError};
-use crate::geometry::{Part, Point, Region};
+use crate::geometry::{Part, Region, Vec2};
 use crate::particles::Particles;
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
@@ -45,7 +45,7 @@ impl Voronoi {
     /// As there.
     pub fn scattered(
         region: &Region,
-        spacing: impl Fn(&Point<2>) -> f64,
+        spacing: impl Fn(&Vec2) -> f64,
         settings: &Scatter,
     ) -> Result<Self, GeometryError> {
         Ok(Voronoi::new(Triangulation::scattered(region, spacing, settings)?))
@@ -62,7 +62,7 @@ impl Cells<2> for Voronoi {
         self.triangles.left_thin()
     }
 
-    fn positions(&self) -> &[Point<2>] {
+    fn positions(&self) -> &[Vec2] {
         self.triangles.positions()
     }
 
@@ -161,7 +161,7 @@ impl Cells<2> for Voronoi {
         self.triangles.boundary_nodes(part)
     }
 
-    fn contains(&self, at: &Point<2>) -> bool {
+    fn contains(&self, at: &Vec2) -> bool {
         self.triangles.contains(at)
     }
 }

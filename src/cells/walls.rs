@@ -1,7 +1,7 @@
 //! Spacings across the walls of regions.
 
 use crate::error::GeometryError;
-use crate::geometry::{Point, Region, Wall};
+use crate::geometry::{Region, Vec2, Wall};
 
 use super::scatter::{Scatter, expected, factor_for};
 use super::triangulation::Triangulation;
@@ -33,7 +33,7 @@ impl Walls {
     ///
     /// # Errors
     /// For a wall that is much thinner than a spacing.
-    pub(crate) fn new(region: &Region, spacing: &dyn Fn(&Point<2>) -> f64) -> Result<Self, GeometryError> {
+    pub(crate) fn new(region: &Region, spacing: &dyn Fn(&Vec2) -> f64) -> Result<Self, GeometryError> {
         let across = ACROSS as f64;
         let all = region.walls(&|x| FEWEST * spacing(x));
         let thickness = |wall: &Wall| wall.through.map(|through| through.norm());
@@ -61,7 +61,7 @@ impl Walls {
     }
 
     /// What is said of the thinnest wall where all are left, with the spacing that it should have, at a spacing around it.
-    fn left(&self, spacing: &dyn Fn(&Point<2>) -> f64) -> Option<GeometryError> {
+    fn left(&self, spacing: &dyn Fn(&Vec2) -> f64) -> Option<GeometryError> {
         let (wall, needed) = self.0.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
         let through = wall.through.unwrap_or_default();
         Some(GeometryError::ThinLeft {
@@ -73,7 +73,7 @@ impl Walls {
     }
 
     /// The spacing at a place, no larger than the one given.
-    pub(crate) fn spacing(&self, x: &Point<2>, given: f64) -> f64 {
+    pub(crate) fn spacing(&self, x: &Vec2, given: f64) -> f64 {
         let near = |(wall, own): &(Wall, f64)| {
             let (off, through) = (x - wall.from, wall.through.unwrap_or_default());
             let share = (off.dot(&through) / through.norm_squared()).clamp(0.0, 1.0);
@@ -92,13 +92,13 @@ impl Triangulation {
     pub(crate) fn walled(
         region: &Region,
         count: Option<usize>,
-        spacing: impl Fn(&Point<2>) -> f64,
+        spacing: impl Fn(&Vec2) -> f64,
         settings: &Scatter,
     ) -> Result<Self, GeometryError> {
         let factor = count.map_or(Ok(1.0), |count| factor_for(region, &spacing, count))?;
-        let given = |x: &Point<2>| factor * spacing(x);
+        let given = |x: &Vec2| factor * spacing(x);
         let walls = Walls::new(region, &given)?;
-        let refined = |x: &Point<2>| walls.spacing(x, given(x));
+        let refined = |x: &Vec2| walls.spacing(x, given(x));
         let is_left = !walls.is_empty() && expected(region, &refined)? > expected(region, &given)? + MOST;
         if !walls.is_empty() && !is_left {
             return Triangulation::scattered(region, refined, settings);

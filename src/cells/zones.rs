@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use nalgebra::{Matrix3, SymmetricEigen};
+use nalgebra::SymmetricEigen;
 
 use crate::each::{Each, list_of};
 use crate::error::GeometryError;
-use crate::geometry::{Point, padded};
+use crate::geometry::{Mat3, Point, Vec3, padded};
 use crate::quadrature::Points;
 
 use super::mesh::{Mesh, NONE};
@@ -48,8 +48,8 @@ pub(super) fn free_corners<const D: usize>(
 }
 
 /// How far points lie apart along the axis along which they spread least.
-fn thickness(off: &[Point<3>], dimension: usize) -> f64 {
-    let spread = SymmetricEigen::new(off.iter().map(|off| off * off.transpose()).sum::<Matrix3<f64>>());
+fn thickness(off: &[Vec3], dimension: usize) -> f64 {
+    let spread = SymmetricEigen::new(off.iter().map(|off| off * off.transpose()).sum::<Mat3>());
     let mut order = [0, 1, 2];
     crate::order::sort(&mut order, &|&a: &usize, &b| spread.eigenvalues[a].total_cmp(&spread.eigenvalues[b]));
     // The axes that the zone does not have come first.

@@ -1,8 +1,9 @@
 //! The contract of materials.
 
-use nalgebra::{DMatrix, Matrix3, Rotation3, Vector3};
+use nalgebra::{DMatrix, Rotation3};
 
 use crate::each::{Each, list_of};
+use crate::geometry::{Mat3, Vec3};
 use crate::material::{Distortion, InvariantEnergy, Material, Past, Response, VolumetricEnergy, stable_ranges};
 use crate::tensor::{Tangent, Vector9, components, from_components};
 
@@ -42,8 +43,8 @@ const ROUNDING: f64 = 1e-10;
 /// ```
 pub fn material(material: &dyn Material) -> Report {
     let mut random = fastrand::Rng::with_seed(2);
-    let samples: Vec<Matrix3<f64>> = list_of(SAMPLES, |_| deformation(&mut random));
-    let rest = material.response(&Matrix3::identity());
+    let samples: Vec<Mat3> = list_of(SAMPLES, |_| deformation(&mut random));
+    let rest = material.response(&Mat3::identity());
     let stiffness = rest.tangent.norm();
 
     let mut free = Law::new("no stress at rest", ROUNDING);
@@ -57,7 +58,7 @@ pub fn material(material: &dyn Material) -> Report {
         stable.see(f64::NAN, || "F = I".into());
     }
     let at_rest = material.rest();
-    let own = material.response_from(&Matrix3::identity(), Past { memory: &at_rest, elapsed: 0.0 }).tangent.norm();
+    let own = material.response_from(&Mat3::identity(), Past { memory: &at_rest, elapsed: 0.0 }).tangent.norm();
     let mut pasts = vec![(at_rest, 0.0)];
     if material.memory() > 0 {
         let (first, mut next) = (deformation(&mut random), pasts[0].0.clone());
@@ -89,7 +90,7 @@ struct Subject<'a> {
 
 impl Subject<'_> {
     /// Each past with each sample, and how to name it.
-    fn each<'a>(&'a self, samples: &'a [Matrix3<f64>]) -> impl Iterator<Item = (Past<'a>, &'a Matrix3<f64>, String)> {
+    fn each<'a>(&'a self, samples: &'a [Mat3]) -> impl Iterator<Item = (Past<'a>, &'a Mat3, String)> {
         self.pasts.iter().enumerate().flat_map(move |(number, (memory, elapsed))| {
             let past = Past { memory, elapsed: *elapsed };
             let when = if number == 0 { "" } else { ", after a first step" };
@@ -98,7 +99,7 @@ impl Subject<'_> {
     }
 
     /// $P$ and tangent against differences.
-    fn derivatives(&self, samples: &[Matrix3<f64>]) -> Vec<Law> {
+    fn derivatives(&self, samples: &[Mat3]) -> Vec<Law> {
         let mut stress = Law::new("P is the derivative of W", TOLERANCE);
         let mut tangent = Law::new("the tangent is the derivative of P", TOLERANCE);
         let mut symmetry = Law::new("the tangent is symmetric", ROUNDING);
@@ -124,7 +125,7 @@ impl Subject<'_> {
     }
 
     /// [`Material::respond`] against the whole response, for the components that plane, radial and solid bodies ask for.
-    fn components_alone(&self, samples: &[Matrix3<f64>]) -> Law {
+    fn components_alone(&self, samples: &[Mat3]) -> Law {
         let lists: [&[usize]; 8] = [
             &[0],
             &[0, 4],
@@ -162,7 +163,7 @@ impl Subject<'_> {
     }
 
     /// $W(QF) = W(F)$ and $P(QF) = QP(F)$.
-    fn frames(&self, samples: &[Matrix3<f64>], random: &mut fastrand::Rng) -> Vec<Law> {
+    fn frames(&self, samples: &[Mat3], random: &mut fastrand::Rng) -> Vec<Law> {
         let mut energy = Law::new("W does not depend on the frame", ROUNDING);
         let mut stress = Law::new("P turns with the frame", ROUNDING);
         let &Subject { material, stiffness, .. } = self;
@@ -171,7 +172,7 @@ impl Subject<'_> {
             let turned = q * f;
             let place = || format!("Q = {:.4?}, {place}", q.as_slice());
             let change = material.energy_from(&turned, past) - material.energy_from(f, past);
-            energy.see(change.abs() / (stiffness * (f - Matrix3::identity()).norm_squared()), place);
+            energy.see(change.abs() / (stiffness * (f - Mat3::identity()).norm_squared()), place);
             let p = material.response_from(f, past).stress;
             let error = material.response_from(&turned, past).stress - q * p;
             stress.see(error.norm() / stress_size(&p, f, stiffness), place);
@@ -180,7 +181,7 @@ impl Subject<'_> {
     }
 
     /// What is remembered of a step gives its stress back.
-    fn memory(&self, samples: &[Matrix3<f64>]) -> Law {
+    fn memory(&self, samples: &[Mat3]) -> Law {
         let mut back = Law::new("the memory just written gives the stress of the step back", ROUNDING);
         for (past, f, place) in self.each(samples) {
             let mut next = past.memory.to_vec();
@@ -193,7 +194,7 @@ impl Subject<'_> {
     }
 
     /// What the volumetric part is, and what it leaves.
-    fn volume(&self, volumetric: &dyn VolumetricEnergy, samples: &[Matrix3<f64>]) -> Vec<Law> {
+    fn volume(&self, volumetric: &dyn VolumetricEnergy, samples: &[Mat3]) -> Vec<Law> {
         let mut volume = Law::new("the distortional energy does not depend on the volume", ROUNDING);
         let mut slopes = Law::new("U' and U'' are derivatives of U", TOLERANCE);
         let bulk = volumetric.evaluate(1.0).curvature.abs();
@@ -201,7 +202,7 @@ impl Subject<'_> {
         for (past, f, place) in self.each(samples).take(samples.len()) {
             let j = f.determinant();
             let u = volumetric.evaluate(j);
-            let strain = (f - Matrix3::identity()).norm_squared();
+            let strain = (f - Mat3::identity()).norm_squared();
             let change = self.material.energy_from(&(f * 1.1), past) - self.material.energy_from(f, past);
             volume.see(change.abs() / (stiffness * strain), || place.clone());
             let first = difference(|t| Vector9::repeat(volumetric.evaluate(j + t).energy))[0];
@@ -261,23 +262,23 @@ fn difference(f: impl Fn(f64) -> Vector9) -> Vector9 {
 }
 
 /// What an error of the stress is measured against.
-fn stress_size(p: &Matrix3<f64>, f: &Matrix3<f64>, stiffness: f64) -> f64 {
-    p.norm().max(stiffness * (f - Matrix3::identity()).norm())
+fn stress_size(p: &Mat3, f: &Mat3, stiffness: f64) -> f64 {
+    p.norm().max(stiffness * (f - Mat3::identity()).norm())
 }
 
-fn place(f: &Matrix3<f64>) -> String {
+fn place(f: &Mat3) -> String {
     format!("F = {:.4?} (row by row)", components(f).as_slice())
 }
 
-fn rotation(random: &mut fastrand::Rng) -> Matrix3<f64> {
-    let axis = Vector3::from_fn(|_, _| 3.0 * signed(random));
+fn rotation(random: &mut fastrand::Rng) -> Mat3 {
+    let axis = Vec3::from_fn(|_, _| 3.0 * signed(random));
     Rotation3::new(axis).into_inner()
 }
 
 /// A random deformation: rotations around random principal stretches.
-fn deformation(random: &mut fastrand::Rng) -> Matrix3<f64> {
-    let stretches = Vector3::from_fn(|_, _| STRETCH.powf(signed(random)));
-    rotation(random) * Matrix3::from_diagonal(&stretches) * rotation(random)
+fn deformation(random: &mut fastrand::Rng) -> Mat3 {
+    let stretches = Vec3::from_fn(|_, _| STRETCH.powf(signed(random)));
+    rotation(random) * Mat3::from_diagonal(&stretches) * rotation(random)
 }
 
 #[cfg(test)]
@@ -312,11 +313,11 @@ mod tests {
     struct Springs;
 
     impl Material for Springs {
-        fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
-            0.5 * (f - Matrix3::identity()).norm_squared()
+        fn energy_from(&self, f: &Mat3, _: Past<'_>) -> f64 {
+            0.5 * (f - Mat3::identity()).norm_squared()
         }
-        fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
-            Response { stress: f - Matrix3::identity(), tangent: Tangent::identity() }
+        fn response_from(&self, f: &Mat3, _: Past<'_>) -> Response {
+            Response { stress: f - Mat3::identity(), tangent: Tangent::identity() }
         }
     }
 
@@ -329,10 +330,10 @@ mod tests {
         /// A rubber whose stress is off by a factor.
         struct Scaled(Rubber, f64, f64);
         impl Material for Scaled {
-            fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
+            fn energy_from(&self, f: &Mat3, _: Past<'_>) -> f64 {
                 self.0.energy(f)
             }
-            fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
+            fn response_from(&self, f: &Mat3, _: Past<'_>) -> Response {
                 let Response { stress, tangent } = self.0.response(f);
                 Response { stress: stress * self.1, tangent: tangent * self.2 }
             }
@@ -344,13 +345,13 @@ mod tests {
         /// A rubber with a stress of its own for a few components.
         struct Few(Rubber, f64, usize);
         impl Material for Few {
-            fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
+            fn energy_from(&self, f: &Mat3, _: Past<'_>) -> f64 {
                 self.0.energy(f)
             }
-            fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
+            fn response_from(&self, f: &Mat3, _: Past<'_>) -> Response {
                 self.0.response(f)
             }
-            fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+            fn respond(&self, f: &Mat3, past: Past<'_>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
                 let unwritten = tangent.len() * self.2;
                 self.response_from(f, past).select(of, stress, tangent);
                 stress.iter_mut().for_each(|p| *p *= self.1);
@@ -393,10 +394,10 @@ mod tests {
         /// Takes the whole for the distortional part.
         struct Twice(Rubber, QuadraticVolume);
         impl Material for Twice {
-            fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
+            fn energy_from(&self, f: &Mat3, _: Past<'_>) -> f64 {
                 self.0.energy(f)
             }
-            fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
+            fn response_from(&self, f: &Mat3, _: Past<'_>) -> Response {
                 self.0.response(f)
             }
             fn volumetric(&self) -> Option<&dyn VolumetricEnergy> {
@@ -412,10 +413,10 @@ mod tests {
     fn errors_do_not_hide_behind_a_bulk_modulus() {
         struct Part(Rubber, f64, f64);
         impl Material for Part {
-            fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+            fn energy_from(&self, f: &Mat3, past: Past<'_>) -> f64 {
                 self.0.energy_from(f, past)
             }
-            fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+            fn response_from(&self, f: &Mat3, past: Past<'_>) -> Response {
                 let Response { stress, tangent } = self.0.response_from(f, past);
                 Response { stress: stress * self.1, tangent: tangent * self.2 }
             }
@@ -444,7 +445,7 @@ mod tests {
             Box::new(Viscoelastic::new(Mullins::new(foam(), 1.5, 0.2, 0.1).unwrap(), prony())),
             Box::new(Viscoelastic::new(Viscoelastic::new(rubber(), prony()), prony())),
             Box::new(Viscoelastic::new(std::sync::Arc::new(filled()) as std::sync::Arc<dyn Material>, prony())),
-            Box::new(Prestretched::new(Viscoelastic::new(filled(), prony()), Matrix3::identity()).unwrap()),
+            Box::new(Prestretched::new(Viscoelastic::new(filled(), prony()), Mat3::identity()).unwrap()),
         ];
         for (number, law) in laws.iter().enumerate() {
             let report = material(law);
@@ -457,10 +458,10 @@ mod tests {
             fn inner(&self) -> Option<&dyn Material> {
                 Some(&self.0)
             }
-            fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+            fn energy_from(&self, f: &Mat3, past: Past<'_>) -> f64 {
                 self.0.energy_from(f, past)
             }
-            fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+            fn response_from(&self, f: &Mat3, past: Past<'_>) -> Response {
                 // Softer by a part that should have been remembered.
                 let Response { stress, tangent } = self.0.response_from(f, past);
                 let part = if past.elapsed > 0.0 { 0.9 } else { 1.0 };

@@ -2,12 +2,11 @@
 
 use std::fmt;
 
-use nalgebra::{Matrix3, Vector3};
-
 use crate::boundary::dependent;
 use crate::compiled::compiled;
 use crate::each::EachOf;
 use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
+use crate::geometry::{Mat3, Vec3};
 use crate::material::{Material, Past};
 use crate::paper::Cover;
 use crate::scene::{
@@ -251,7 +250,7 @@ fn push_long(found: &mut Vec<String>, amplitude: &Amplitude, of: &str) {
 /// Whether a law stores another energy in a sudden strain than in one that takes its time.
 fn relaxes(law: &dyn Material) -> bool {
     let memory = law.rest();
-    let stretched = Matrix3::from_diagonal(&Vector3::new(1.1, 1.0, 1.0 / 1.1));
+    let stretched = Mat3::from_diagonal(&Vec3::new(1.1, 1.0, 1.0 / 1.1));
     let [sudden, slow] = [0.0, f64::MAX].each(|elapsed| law.energy_from(&stretched, Past { memory: &memory, elapsed }));
     sudden != slow
 }

@@ -235,6 +235,7 @@ fn filled_many<const D: usize>(basis: &dyn Basis<D>, samples: &[Point<D>]) -> La
 mod tests {
     use super::*;
     use crate::basis::Polynomial;
+    use crate::geometry::Vec2;
     use crate::kernel::{CubicSpline, Gaussian, QuinticSpline, WendlandC2};
 
     #[test]
@@ -328,7 +329,7 @@ mod tests {
             fn len(&self) -> usize {
                 3
             }
-            fn fill(&self, x: &Point<2>, h: &mut [f64], dh: &mut [Point<2>]) {
+            fn fill(&self, x: &Vec2, h: &mut [f64], dh: &mut [Vec2]) {
                 Polynomial::linear().fill(x, h, dh);
             }
             fn fill_many(&self, count: usize, x: &[f64], h: &mut [f64], dh: &mut [f64]) {

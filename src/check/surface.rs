@@ -2,7 +2,7 @@
 
 use crate::each::Each;
 use crate::error::GeometryError;
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 use crate::solid::SurfaceFlaws;
 
 use super::{Finding, Report};
@@ -25,13 +25,13 @@ const LISTED: usize = 20;
 ///
 /// # Errors
 /// For facets that name no vertex, and numbers that are not finite.
-pub fn surface(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Result<Report, GeometryError> {
+pub fn surface(vertices: &[Vec3], facets: &[[u32; 3]]) -> Result<Report, GeometryError> {
     let flaws = SurfaceFlaws::of(vertices, facets)?;
-    let middle = |edge: &[Point<3>; 2]| (edge[0] + edge[1]) * 0.5;
-    let middles = |edges: &[[Point<3>; 2]]| edges.mapped(middle);
+    let middle = |edge: &[Vec3; 2]| (edge[0] + edge[1]) * 0.5;
+    let middles = |edges: &[[Vec3; 2]]| edges.mapped(middle);
     let crossings = flaws.crossing.mapped(|(_, at)| *at);
-    let of_facets = |numbers: &[usize]| -> Vec<Point<3>> {
-        numbers.mapped(|&facet| facets[facet].iter().map(|&v| vertices[v as usize]).sum::<Point<3>>() / 3.0)
+    let of_facets = |numbers: &[usize]| -> Vec<Vec3> {
+        numbers.mapped(|&facet| facets[facet].iter().map(|&v| vertices[v as usize]).sum::<Vec3>() / 3.0)
     };
     let laws = [
         ("edges bound two facets", middles(&flaws.open)),
@@ -53,7 +53,7 @@ pub fn surface(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Result<Report, Geo
 }
 
 /// The first places.
-fn listed(places: &[Point<3>]) -> String {
+fn listed(places: &[Vec3]) -> String {
     let shown: Vec<String> = places.iter().take(LISTED).map(|at| format!("X = {:?}", at.as_slice())).collect();
     let more = match places.len().checked_sub(LISTED) {
         None | Some(0) => String::new(),

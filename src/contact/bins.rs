@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use crate::geometry::{Bounds, Point};
+use crate::geometry::{Bounds, Vec3};
 
 /// Boxes by the bins that they reach into.
 #[derive(Debug, Clone)]
 pub(super) struct Bins {
-    low: Point<3>,
+    low: Vec3,
     /// The edge of a bin \[length\]; infinite, so that there is one, for coordinates that are not finite.
     pub size: f64,
     /// The last bin along each axis.
@@ -35,7 +35,7 @@ impl Bins {
         bins
     }
 
-    fn bin(&self, x: &Point<3>) -> [i32; 3] {
+    fn bin(&self, x: &Vec3) -> [i32; 3] {
         [0, 1, 2].map(|i| ((x[i] - self.low[i]) / self.size).floor().clamp(-1e6, 1e6) as i32)
     }
 
@@ -45,7 +45,7 @@ impl Bins {
     }
 
     /// Visits what reaches into the bins that are `ring` bins away from that of a point.
-    pub(super) fn ring(&self, x: &Point<3>, ring: i32, mut visit: impl FnMut(u32)) {
+    pub(super) fn ring(&self, x: &Vec3, ring: i32, mut visit: impl FnMut(u32)) {
         let middle = self.bin(x);
         let span = |i: usize| (middle[i] - ring).max(0)..=(middle[i] + ring).min(self.last[i]);
         for i in span(0) {

@@ -1,7 +1,7 @@
 //! The boundary parts that may touch each other as chains of chords, and which chord faces which.
 
 use crate::each::Each;
-use crate::geometry::{Bounds, Point, padded};
+use crate::geometry::{Bounds, Vec2, Vec3, padded};
 
 use super::bins::Bins;
 use super::facing::{BEHIND, Facets};
@@ -35,7 +35,7 @@ pub(super) struct Chain {
 /// A chain at a state.
 pub(super) struct Laid {
     /// Of each trace function.
-    pub ends: Vec<Point<2>>,
+    pub ends: Vec<Vec2>,
     /// For each chord what faces it.
     pub facing: Vec<Vec<Overlap>>,
     /// How far around a chord is known.
@@ -49,12 +49,12 @@ fn gap_at(place: f64, places: &[f64; 2], gaps: &[f64; 2]) -> f64 {
 
 impl Chain {
     /// The chords of facets, given the vertices of the trace functions.
-    pub(crate) fn new(mut facets: Facets, ends: &[Point<3>]) -> Self {
+    pub(crate) fn new(mut facets: Facets, ends: &[Vec3]) -> Self {
         let (mut chords, mut of_trace) = (Vec::new(), vec![Vec::new(); ends.len()]);
         for (number, facet) in (0..).zip(&mut facets.all) {
             let &[(a, i), (b, j)] = facet.shares.as_slice() else { continue };
             let along = ends[b as usize] - ends[a as usize];
-            let right = Point::<3>::new(along[1], -along[0], 0.0).normalize();
+            let right = Vec3::new(along[1], -along[0], 0.0).normalize();
             let sign = if right.dot(&facet.outward) >= 0.0 { 1.0 } else { -1.0 };
             facet.outward = right * sign;
             of_trace[a as usize].push((chords.len() as u32, 0));
@@ -74,7 +74,7 @@ impl Chain {
     }
 
     /// Finds what faces each chord that carries pressures.
-    pub(crate) fn laid(&self, ends: Vec<Point<2>>) -> Laid {
+    pub(crate) fn laid(&self, ends: Vec<Vec2>) -> Laid {
         let around = |chord: &Chord| Bounds::of(&chord.traces.map(|trace| padded(&ends[trace as usize])));
         let boxes: Vec<(u32, Bounds<3>)> = (0..).zip(self.chords.iter().map(around)).collect();
         let longest = boxes.largest(|(_, own)| own.extent().amax());
@@ -88,7 +88,7 @@ impl Chain {
 
     /// What faces a chord along its normal, the nearest where there are several. Of two chords that face each other the one that
     /// comes first carries the pressures: those of both would share one load and none of them would come to rest.
-    fn search(&self, chord: usize, ends: &[Point<2>], bins: &Bins) -> Vec<Overlap> {
+    fn search(&self, chord: usize, ends: &[Vec2], bins: &Bins) -> Vec<Overlap> {
         let mine = &self.chords[chord];
         let (facets, two) = (&self.facets, self.facets.two);
         let part = |chord: &Chord| facets.all[chord.facet as usize].part;

@@ -2,12 +2,10 @@
 
 use std::collections::HashMap;
 
-use nalgebra::{Matrix3, Vector3};
-
 use crate::cells::{BoundaryCells, CORNER};
 use crate::each::Each;
 use crate::error::Error;
-use crate::geometry::{Point, cut};
+use crate::geometry::{Mat3, Vec3, cut};
 use crate::order::accumulate;
 use crate::table::ShapeTable;
 use crate::tensor::cofactor;
@@ -61,11 +59,11 @@ impl Trace {
 /// from that of the heaviest one by more than [`CORNER`] are another face. The heaviest one is beside the particle, whose function on a
 /// curved face reaches to both of its sides.
 fn faces(table: &FaceTable, values: &[Vec<(u32, f64)>]) -> HashMap<(u32, u32), u32> {
-    let mut normals: Vec<Point<3>> = Vec::with_capacity(table.clusters.len());
+    let mut normals: Vec<Vec3> = Vec::with_capacity(table.clusters.len());
     let mut facets: HashMap<u32, Vec<(u32, f64)>> = HashMap::new();
     for facet in 0..table.clusters.len() as u32 {
         let points = table.clusters.points(facet as usize);
-        let normal = table.normals.get(points.clone()).unwrap_or_default().iter().sum::<Point<3>>();
+        let normal = table.normals.get(points.clone()).unwrap_or_default().iter().sum::<Vec3>();
         normals.push(normal / normal.norm().max(f64::MIN_POSITIVE));
         for point in points {
             for &(particle, value) in &values[point] {
@@ -176,26 +174,26 @@ impl ContactSurface {
     }
 
     /// The mean outward normal of the undeformed body under a trace function.
-    pub(crate) fn normal(&self, trace: &Trace) -> Point<3> {
-        let mut normal = Point::<3>::zeros();
+    pub(crate) fn normal(&self, trace: &Trace) -> Vec3 {
+        let mut normal = Vec3::zeros();
         trace.points.iter().for_each(|&(point, weight)| normal += self.table.normals[point as usize] * weight);
         normal / normal.norm().max(f64::MIN_POSITIVE)
     }
 
     /// The outward normal of the body at a point at a displacement, as long as an area now over the one at rest: $\operatorname{cof}F\\,N$.
-    pub(crate) fn outward(&self, point: u32, displacement: &[f64]) -> Vector3<f64> {
+    pub(crate) fn outward(&self, point: u32, displacement: &[f64]) -> Vec3 {
         let point = point as usize;
-        let f = Matrix3::identity() + self.table.displacement_gradient(point, displacement);
+        let f = Mat3::identity() + self.table.displacement_gradient(point, displacement);
         cofactor(&f) * self.table.normals[point]
     }
 
     /// Where a point is at a displacement.
-    pub(crate) fn place(&self, point: u32, displacement: &[f64]) -> Point<3> {
+    pub(crate) fn place(&self, point: u32, displacement: &[f64]) -> Vec3 {
         self.table.positions[point as usize] + self.table.displacement(point as usize, displacement)
     }
 
     /// The coordinates of a place, as many as the body has.
-    pub(crate) fn coordinates(&self, place: &Point<3>) -> Vec<f64> {
+    pub(crate) fn coordinates(&self, place: &Vec3) -> Vec<f64> {
         cut(place, self.table.dim)
     }
 }

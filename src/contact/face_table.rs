@@ -1,9 +1,7 @@
 //! Shape functions at the points of a contact face.
 
-use nalgebra::Matrix3;
-
 use crate::compiled::by_dim;
-use crate::geometry::{Point, all_padded};
+use crate::geometry::{Mat3, Point, Vec3, all_padded};
 use crate::simd::Plain;
 use crate::table::{Clusters, ShapeTable, displacement_gradient};
 
@@ -11,9 +9,9 @@ use crate::table::{Clusters, ShapeTable, displacement_gradient};
 pub(crate) struct FaceTable {
     pub dim: usize,
     pub node_count: usize,
-    pub positions: Vec<Point<3>>,
+    pub positions: Vec<Vec3>,
     /// Outward unit normals of the undeformed body.
-    pub normals: Vec<Point<3>>,
+    pub normals: Vec<Vec3>,
     pub weights: Vec<f64>,
     /// The points of each facet.
     pub clusters: Clusters,
@@ -70,7 +68,7 @@ impl FaceTable {
 
     /// The displacement that a vector of coefficients gives at a point.
     #[inline]
-    pub(crate) fn displacement(&self, point: usize, d: &[f64]) -> Point<3> {
+    pub(crate) fn displacement(&self, point: usize, d: &[f64]) -> Vec3 {
         let mut u = Point::zeros();
         by_dim!(self.dim, D => {
             for (&node, &value) in self.nodes(point).iter().zip(self.values(point)) {
@@ -83,7 +81,7 @@ impl FaceTable {
     }
 
     /// The gradient of the displacement at a point, with hoops on the diagonal.
-    pub(crate) fn displacement_gradient(&self, point: usize, d: &[f64]) -> Matrix3<f64> {
+    pub(crate) fn displacement_gradient(&self, point: usize, d: &[f64]) -> Mat3 {
         let gradients = &self.gradients[self.first[point] * self.slots..self.first[point + 1] * self.slots];
         by_dim!(self.dim, D => displacement_gradient::<Plain, D>(self.nodes(point), gradients, self.hoops, d))
     }

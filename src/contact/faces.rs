@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use nalgebra::SMatrix;
 
 use crate::each::Each;
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 use crate::order;
 
 use super::facets::{Facing, LOCAL as POINT, Seen, Sorted, Triangle, covered, gap};
@@ -41,7 +41,7 @@ pub(super) struct Faces {
 
 /// Faces at a state.
 pub(super) struct LaidFaces {
-    corners: Vec<[Point<3>; 3]>,
+    corners: Vec<[Vec3; 3]>,
     /// The triangles of the part that carries pressures.
     pub bases: Vec<Base>,
     /// What faces each of them.
@@ -114,7 +114,7 @@ fn ranks(facets: &Facets) -> Vec<(u32, u32)> {
 
 impl Faces {
     /// Facets of three or four corners are triangles; points of others press against those of the other part.
-    pub(crate) fn new(facets: Facets, carrying: usize, ends: &[Point<3>]) -> Self {
+    pub(crate) fn new(facets: Facets, carrying: usize, ends: &[Vec3]) -> Self {
         let last = facets.all.iter().map(|facet| facet.points.end).max().unwrap_or(0);
         let mut faces = Faces {
             triangles: Vec::new(),
@@ -145,7 +145,7 @@ impl Faces {
     }
 
     /// Adds the triangles of a facet.
-    fn push_facet(&mut self, number: usize, end: impl Fn(u32) -> Point<3>) {
+    fn push_facet(&mut self, number: usize, end: impl Fn(u32) -> Vec3) {
         let Facet { middle, outward, shares, .. } = &self.facets.all[number];
         let (middle, outward, mut shares) = (*middle, *outward, shares.clone());
         order::sort(&mut shares, &|a, b| a.0.cmp(&b.0));
@@ -164,7 +164,7 @@ impl Faces {
                 [a, b, c] => [vec![a], vec![b], vec![c]],
                 _ => [vec![traces[k]], vec![traces[(k + 1) % traces.len()]], traces.clone()],
             };
-            let at = |k: usize| corners[k].iter().map(|&trace| end(trace)).sum::<Point<3>>() / corners[k].len() as f64;
+            let at = |k: usize| corners[k].iter().map(|&trace| end(trace)).sum::<Vec3>() / corners[k].len() as f64;
             let turned = (at(1) - at(0)).cross(&(at(2) - at(0))).dot(&outward);
             let sign = if turned >= 0.0 { 1.0 } else { -1.0 };
             self.triangles.push(Triangle { corners, movers: [0; 3], sign, measure, facet: number as u32 });
@@ -199,8 +199,8 @@ impl Faces {
     /// those with their normals; with the search of another state its triangles are cut anew.
     pub(crate) fn laid(
         &self,
-        corners: Vec<[Point<3>; 3]>,
-        points: &[(Point<3>, Point<3>)],
+        corners: Vec<[Vec3; 3]>,
+        points: &[(Vec3, Vec3)],
         searched: Option<&LaidFaces>,
     ) -> LaidFaces {
         let own = self.triangles.iter().zip(&corners).take(self.carrying);
@@ -240,7 +240,7 @@ impl Faces {
         &self,
         laid: &LaidFaces,
         point: u32,
-        place: impl Fn(u32) -> Point<3>,
+        place: impl Fn(u32) -> Vec3,
     ) -> Option<(u32, u32, Jet<POINT>)> {
         let loose = (*self.loose_of.get(point as usize)?)? as usize;
         let (mover, triangle) = (self.loose[loose].mover, laid.opposite[loose]?);

@@ -1,7 +1,7 @@
 //! Triangles of the boundary in space, which of them face each other, and the gap of a point over one of them.
 
 use crate::each::Each;
-use crate::geometry::{Bounds, Point};
+use crate::geometry::{Bounds, Vec3};
 
 use super::bins::Bins;
 use super::facing::BEHIND;
@@ -33,9 +33,8 @@ pub(super) struct Triangle {
 }
 
 /// The distance of a point from the plane of a triangle, over their coordinates.
-pub(super) fn gap(point: &Point<3>, ends: &[Point<3>; 3], sign: f64) -> Jet<LOCAL> {
-    let of =
-        |x: &Point<3>, first: usize| -> [Jet<LOCAL>; 3] { std::array::from_fn(|i| Jet::variable(x[i], first + i)) };
+pub(super) fn gap(point: &Vec3, ends: &[Vec3; 3], sign: f64) -> Jet<LOCAL> {
+    let of = |x: &Vec3, first: usize| -> [Jet<LOCAL>; 3] { std::array::from_fn(|i| Jet::variable(x[i], first + i)) };
     let x = of(point, 0);
     let corners: [[Jet<LOCAL>; 3]; 3] = std::array::from_fn(|k| of(&ends[k], 3 + 3 * k));
     let minus = |a: &[Jet<LOCAL>; 3], b: &[Jet<LOCAL>; 3]| -> [Jet<LOCAL>; 3] { std::array::from_fn(|i| a[i] - b[i]) };
@@ -60,8 +59,8 @@ pub(super) struct Facing {
 /// Triangles at a state, sorted into bins.
 pub(super) struct Sorted<'a> {
     bins: Bins,
-    corners: &'a [[Point<3>; 3]],
-    normals: Vec<Point<3>>,
+    corners: &'a [[Vec3; 3]],
+    normals: Vec<Vec3>,
 }
 
 /// Marks of triangles that a search has come across, kept from one search to the next.
@@ -85,8 +84,8 @@ impl Seen {
 
 impl<'a> Sorted<'a> {
     /// Triangles with their corners now, of which those from a given one on are looked for.
-    pub(crate) fn new(triangles: &[Triangle], corners: &'a [[Point<3>; 3]], from: usize) -> Self {
-        let edge = |triangles: &[[Point<3>; 3]]| {
+    pub(crate) fn new(triangles: &[Triangle], corners: &'a [[Vec3; 3]], from: usize) -> Self {
+        let edge = |triangles: &[[Vec3; 3]]| {
             let all = triangles.iter().flat_map(|x| (0..3).map(|k| (x[(k + 1) % 3] - x[k]).norm()));
             all.sum::<f64>() / (3 * triangles.len()).max(1) as f64
         };
@@ -108,8 +107,8 @@ impl<'a> Sorted<'a> {
     /// The triangle over which a point with an outward normal has the smallest gap, among those that may.
     pub(crate) fn nearest(
         &self,
-        x: &Point<3>,
-        outward: &Point<3>,
+        x: &Vec3,
+        outward: &Vec3,
         deeper: f64,
         may: impl Fn(usize, f64) -> bool,
     ) -> Option<usize> {
@@ -130,7 +129,7 @@ impl<'a> Sorted<'a> {
     }
 
     /// The distance of a point over a triangle that it is opposite to.
-    fn over(&self, k: usize, x: &Point<3>, outward: &Point<3>, deeper: f64) -> Option<f64> {
+    fn over(&self, k: usize, x: &Vec3, outward: &Vec3, deeper: f64) -> Option<f64> {
         let ([a, b, c], normal) = (&self.corners[k], &self.normals[k]);
         if outward.dot(normal) >= 0.0 {
             return None;
@@ -207,7 +206,7 @@ impl<'a> Sorted<'a> {
 }
 
 /// What a triangle of a number covers of another one, if anything.
-pub(super) fn covered(base: &Base, corners: &[Point<3>; 3], other: u32) -> Option<Facing> {
+pub(super) fn covered(base: &Base, corners: &[Vec3; 3], other: u32) -> Option<Facing> {
     let over = base.over(corners);
     let overlap = Overlap::new(&over.places)?;
     let gaps = base.mean_gaps(&overlap, &over);
@@ -223,7 +222,7 @@ mod tests {
     #[test]
     fn derivatives() {
         let at = |q: &[f64; LOCAL]| {
-            let point = |k: usize| Point::<3>::new(q[3 * k], q[3 * k + 1], q[3 * k + 2]);
+            let point = |k: usize| Vec3::new(q[3 * k], q[3 * k + 1], q[3 * k + 2]);
             let gap = gap(&point(0), &[point(1), point(2), point(3)], -1.0);
             (gap.value, gap.slope, gap.curve)
         };

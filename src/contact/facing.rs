@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 
 use super::ContactSurface;
 
@@ -22,8 +22,8 @@ pub(super) struct Facet {
     pub points: Range<usize>,
     /// Its trace functions, counted through all parts, with their integrals over it.
     pub shares: Vec<(u32, f64)>,
-    pub middle: Point<3>,
-    pub outward: Point<3>,
+    pub middle: Vec3,
+    pub outward: Vec3,
     /// Facets that it meets at a particle, itself among them: they never touch.
     pub beside: Vec<u32>,
 }
@@ -39,7 +39,7 @@ pub(super) struct Facets {
 
 impl Facets {
     /// The facets of all parts, whose trace functions have vertices at `ends`.
-    pub(super) fn new(surfaces: &[ContactSurface], ends: &[Point<3>]) -> Self {
+    pub(super) fn new(surfaces: &[ContactSurface], ends: &[Vec3]) -> Self {
         let (mut all, mut first) = (Vec::new(), 0u32);
         // Facets meet at particles: a corner has a trace function for each of its faces.
         let (mut at, mut particles): (HashMap<u32, Vec<u32>>, Vec<u32>) = (HashMap::new(), Vec::new());
@@ -47,7 +47,7 @@ impl Facets {
             particles.extend(surface.traces.iter().map(|trace| trace.particle));
             for facet in 0..surface.table.clusters.len() {
                 let (points, mut shares) = (surface.table.clusters.points(facet), surface.shares(facet));
-                let (mut middle, mut outward) = (Point::<3>::zeros(), Point::<3>::zeros());
+                let (mut middle, mut outward) = (Vec3::zeros(), Vec3::zeros());
                 for share in &mut shares {
                     share.0 += first;
                     middle += ends[share.0 as usize];

@@ -1,6 +1,6 @@
 //! Coulomb's friction at a trace function in contact, with a rigid surface or another face.
 
-use crate::geometry::{Point, unit};
+use crate::geometry::{Point, Vec3, unit};
 use crate::term::{Coupling, Element};
 
 use super::law::{Slipping, Touch, is_at_limit};
@@ -18,21 +18,21 @@ pub(super) fn friction_step(from: f64, to: f64) -> f64 {
 struct Grip<'a> {
     slipping: &'a Slipping,
     /// $h$: that of the last iteration, where it sticks.
-    held: Point<3>,
+    held: Vec3,
     /// $t$: a unit vector where it slides, else zero.
-    direction: Point<3>,
+    direction: Vec3,
     slides: bool,
     /// $k$ \[stress/length\]: $\varepsilon$, or what the traction turns by with a slip across it, $\mu\pi/|s|$ at rest.
     stiffness: f64,
     /// $s$: all of the slip, or that across the direction.
-    slip: Point<3>,
+    slip: Vec3,
     /// Its change with the load factor, where it sticks.
-    rate: Point<3>,
+    rate: Vec3,
 }
 
 impl Grip<'_> {
     /// The part of a vector along the surface, without that along the direction.
-    fn across(&self, v: &Point<3>) -> Point<3> {
+    fn across(&self, v: &Vec3) -> Vec3 {
         let along = self.slipping.along(v);
         along - self.direction * self.direction.dot(&along)
     }
@@ -40,7 +40,7 @@ impl Grip<'_> {
 
 impl Slipping {
     /// The tangential part of a vector, without the direction in which a condition fixes the particle.
-    fn along(&self, v: &Point<3>) -> Point<3> {
+    fn along(&self, v: &Vec3) -> Vec3 {
         let along = v - self.normal * self.normal.dot(v);
         self.fixed.map_or(along, |fixed| along - fixed * fixed.dot(&along))
     }
@@ -84,13 +84,7 @@ impl Touch {
 
     /// Adds force and stiffness of friction; `moves` are places of unknowns with the slip times area that they make, `slope` that of
     /// the gap times area.
-    pub(super) fn add_friction(
-        &self,
-        slipping: &Slipping,
-        moves: &[(usize, Point<3>)],
-        slope: &[f64],
-        out: &mut Element,
-    ) {
+    pub(super) fn add_friction(&self, slipping: &Slipping, moves: &[(usize, Vec3)], slope: &[f64], out: &mut Element) {
         let (grip, size, friction) = (self.grip(slipping), slope.len(), self.coefficient);
         let limit = friction * (self.pressure - self.proximal * self.gap);
         let traction = grip.held + grip.direction * limit - grip.slip * grip.stiffness;
@@ -122,7 +116,7 @@ impl Touch {
     }
 
     /// The traction after a step that changes the gap and the slip.
-    pub(super) fn next(&self, gap_change: f64, moved: &Point<3>) -> Point<3> {
+    pub(super) fn next(&self, gap_change: f64, moved: &Vec3) -> Vec3 {
         let Some(slipping) = &self.slipping else { return Point::zeros() };
         let grip = self.grip(slipping);
         let limit = self.coefficient * (self.pressure - self.proximal * (self.gap + gap_change)).max(0.0);
@@ -135,7 +129,7 @@ impl Touch {
     }
 
     /// What a change of the load factor adds to the traction.
-    pub(super) fn next_by_load(&self, load_step: f64) -> Point<3> {
+    pub(super) fn next_by_load(&self, load_step: f64) -> Vec3 {
         let Some(slipping) = &self.slipping else { return Point::zeros() };
         let grip = self.grip(slipping);
         (grip.rate + grip.direction * (self.coefficient * self.by_load)) * (-self.proximal * load_step)

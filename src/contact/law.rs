@@ -1,7 +1,7 @@
 //! The law of contact: what pressures, tractions and mean gaps of trace functions ask of each other.
 
 use crate::each::add;
-use crate::geometry::Point;
+use crate::geometry::{Point, Vec3};
 use crate::term::Element;
 
 use super::contact_surface::Trace;
@@ -75,13 +75,13 @@ impl ContactLaw {
     }
 
     /// Pressure and tangential traction of a trace function, per area of the whole of it.
-    pub(crate) fn pressure(&self, trace: usize, condensed: &[f64]) -> (f64, Point<3>) {
+    pub(crate) fn pressure(&self, trace: usize, condensed: &[f64]) -> (f64, Vec3) {
         let own = &condensed[trace * self.stride()..][..self.stride()];
         (own[0], three(&own[1..]))
     }
 
     /// Whether a traction is as long as friction lets it be.
-    pub(super) fn slides(&self, pressure: f64, traction: &Point<3>) -> bool {
+    pub(super) fn slides(&self, pressure: f64, traction: &Vec3) -> bool {
         is_at_limit(self.friction, pressure, traction)
     }
 
@@ -132,7 +132,7 @@ impl ContactLaw {
         &self,
         surface: &ContactSurface,
         [before, after]: [&[f64]; 2],
-        slip: impl Fn(usize) -> Point<3>,
+        slip: impl Fn(usize) -> Vec3,
     ) -> f64 {
         if !self.has_friction() {
             return 0.0;
@@ -147,8 +147,8 @@ impl ContactLaw {
 }
 
 /// Up to three numbers as a vector.
-pub(super) fn three(numbers: &[f64]) -> Point<3> {
-    let mut all = Point::<3>::zeros();
+pub(super) fn three(numbers: &[f64]) -> Vec3 {
+    let mut all = Vec3::zeros();
     all.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
     all
 }
@@ -157,7 +157,7 @@ pub(super) fn three(numbers: &[f64]) -> Point<3> {
 const AT_LIMIT: f64 = 1e-6;
 
 /// Whether a traction is as long as friction lets it be.
-pub(super) fn is_at_limit(friction: f64, pressure: f64, traction: &Point<3>) -> bool {
+pub(super) fn is_at_limit(friction: f64, pressure: f64, traction: &Vec3) -> bool {
     traction.norm() >= (1.0 - AT_LIMIT) * friction * pressure
 }
 
@@ -170,7 +170,7 @@ pub(super) struct Touch {
     /// $c$ \[stress/length\].
     pub(super) decisive: f64,
     pub(super) pressure: f64,
-    pub(super) traction: Point<3>,
+    pub(super) traction: Vec3,
     pub(super) gap: f64,
     /// Change of the gap with the load factor.
     pub(super) by_load: f64,
@@ -184,12 +184,12 @@ pub(super) struct Touch {
 
 /// How a trace function slips along what is opposite.
 pub(super) struct Slipping {
-    pub normal: Point<3>,
+    pub normal: Vec3,
     /// Mean displacement relative to the other surface since the last converged state, and its change with the load factor.
-    pub slip: Point<3>,
-    pub by_load: Point<3>,
+    pub slip: Vec3,
+    pub by_load: Vec3,
     /// A tangential unit vector along which a condition fixes the particle and the surface does not move: no traction acts there.
-    pub fixed: Option<Point<3>>,
+    pub fixed: Option<Vec3>,
 }
 
 /// Derivatives of a mean gap over some unknowns, times the area that it is a mean over.
@@ -214,7 +214,7 @@ impl Touch {
     }
 
     /// Adds forces and matrix; `moves` are places of unknowns with the slip times area that they make.
-    pub(super) fn add(&self, gradients: &Gradients, moves: &[(usize, Point<3>)], out: &mut Element) {
+    pub(super) fn add(&self, gradients: &Gradients, moves: &[(usize, Vec3)], out: &mut Element) {
         let Gradients { slope, beside, factor, square: more } = gradients;
         let [pressure, proximal] = self.concentrated();
         // Pressures that are kept uncondensed have a row of their own for the gap.
@@ -256,7 +256,7 @@ impl Touch {
     }
 
     /// Writes the increments of pressure and traction for a step that changes the gap and moves the trace function.
-    pub(super) fn advance(&self, change: f64, moved: &Point<3>, step: &mut [f64]) {
+    pub(super) fn advance(&self, change: f64, moved: &Vec3, step: &mut [f64]) {
         let mut traction = -self.traction;
         if self.is_active() {
             step[0] = -self.proximal * (self.gap + change);
@@ -288,13 +288,13 @@ pub(crate) struct Pressed {
     /// Mean gaps, infinite where they carry no pressure.
     pub gaps: Vec<f64>,
     /// Forces on the body, and their parts against the normal.
-    pub forces: Vec<Point<3>>,
+    pub forces: Vec<Vec3>,
     pub normal_forces: Vec<f64>,
     /// Whether they touch, and whether those that carry pressures slide.
     pub active: Vec<bool>,
     pub slides: Vec<bool>,
     /// The force on what carries pressures.
-    pub total: Point<3>,
+    pub total: Vec3,
 }
 
 impl Pressed {

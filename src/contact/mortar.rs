@@ -1,6 +1,6 @@
 //! The mean gap between two chords that face each other, with its derivatives.
 
-use crate::geometry::Point;
+use crate::geometry::Vec2;
 
 use super::jet::Jet;
 
@@ -29,7 +29,7 @@ pub(super) struct Overlap {
 /// Two chords at a state: `[a, b, c, d]`, the ends of one, then of the other.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facing {
-    pub ends: [Point<2>; 4],
+    pub ends: [Vec2; 4],
     /// Outward to the right of the way from a to b (1) or to the left (-1).
     pub sign: f64,
     /// Reference measure at a and b, of which the trace functions take their part.
@@ -53,8 +53,8 @@ struct Frame {
 }
 
 /// The outward normal of a chord that runs along a vector, outward to its right (1) or to its left (-1).
-pub(super) fn outward(along: &Point<2>, sign: f64) -> Point<2> {
-    Point::<2>::new(along[1], -along[0]) * (sign / along.norm())
+pub(super) fn outward(along: &Vec2, sign: f64) -> Vec2 {
+    Vec2::new(along[1], -along[0]) * (sign / along.norm())
 }
 
 impl Facing {
@@ -72,7 +72,7 @@ impl Facing {
     }
 
     /// The outward normal of the first chord.
-    pub(crate) fn normal(&self) -> Point<2> {
+    pub(crate) fn normal(&self) -> Vec2 {
         outward(&(self.ends[1] - self.ends[0]), self.sign)
     }
 
@@ -117,7 +117,7 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     fn facing(q: &[f64; LOCAL]) -> Facing {
-        let point = |k: usize| Point::<2>::new(q[2 * k], q[2 * k + 1]);
+        let point = |k: usize| Vec2::new(q[2 * k], q[2 * k + 1]);
         Facing { ends: std::array::from_fn(point), sign: 1.0, measure: [0.7, 1.3] }
     }
 

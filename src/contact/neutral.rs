@@ -1,7 +1,7 @@
 //! What holds a round body that is free to roll.
 
 use crate::each::{add, sum_of};
-use crate::geometry::Point;
+use crate::geometry::Vec2;
 use crate::term::{Element, Layout, Term, View};
 
 /// A spring between two opposite places of a round body, along its circumference: the mean displacements of two trace functions,
@@ -9,7 +9,7 @@ use crate::term::{Element, Layout, Term, View};
 pub(crate) struct RollingSpring {
     pub nodes: Vec<u32>,
     /// What each node moves the ends by.
-    pub weights: Vec<Point<2>>,
+    pub weights: Vec<Vec2>,
     /// Force per elongation.
     pub stiffness: f64,
 }
@@ -18,7 +18,7 @@ impl RollingSpring {
     /// The force that it takes \[force\]: none where the motion that it holds is neutral.
     pub(crate) fn force(&self, displacement: &[f64]) -> f64 {
         let each = self.nodes.iter().zip(&self.weights);
-        let moved = |(&node, weight): (&u32, &Point<2>)| sum_of(2, |i| weight[i] * displacement[node as usize * 2 + i]);
+        let moved = |(&node, weight): (&u32, &Vec2)| sum_of(2, |i| weight[i] * displacement[node as usize * 2 + i]);
         self.stiffness * each.map(moved).sum::<f64>()
     }
 }

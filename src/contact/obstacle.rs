@@ -1,8 +1,6 @@
 //! Contact of a body with a rigid surface.
 
-use nalgebra::Vector3;
-
-use crate::geometry::{Point, unit};
+use crate::geometry::{Point, Vec3, unit};
 use crate::term::{Curve, Element, Layout, Term, View, parted, straight_until};
 
 use super::contact_surface::Trace;
@@ -46,31 +44,31 @@ pub(crate) struct LocalContact {
     /// Its change with the load factor.
     pub by_load: f64,
     /// The mean normal, a unit vector.
-    pub normal: Point<3>,
+    pub normal: Vec3,
     /// The mean displacement of the trace function beside what the surface has gone \[length\].
-    pub beside: Point<3>,
+    pub beside: Vec3,
     /// By how much the surface has turned \[rad\], and what a unit angle moves it by under the trace function \[length\].
     pub angle: f64,
-    arm: Point<3>,
-    pub spun: Point<3>,
+    arm: Vec3,
+    pub spun: Vec3,
     /// How the surface moves under the trace function with the load factor.
-    rate: Point<3>,
+    rate: Vec3,
 }
 
 /// A point of the boundary beside the surface.
 pub(crate) struct Beside {
     pub point: u32,
-    moved: Point<3>,
-    place: Point<3>,
+    moved: Vec3,
+    place: Vec3,
     pub found: Nearest<3>,
-    arm: Point<3>,
+    arm: Vec3,
     /// How the unknowns of the surface itself move it there: its travel and its turn, times the lever.
-    motions: [Option<Point<3>>; 2],
+    motions: [Option<Vec3>; 2],
 }
 
 impl LocalContact {
     /// Mean displacement beside the material of the surface since an earlier state.
-    pub(crate) fn slip(&self, beside: &Point<3>, angle: f64) -> Point<3> {
+    pub(crate) fn slip(&self, beside: &Vec3, angle: f64) -> Vec3 {
         self.beside - beside - self.spun * (self.angle - angle)
     }
 }
@@ -98,17 +96,11 @@ impl RigidContact {
     /// Visits what unknowns of a cluster of `size` move a point by beside the surface: displacements of the nodes that it sees, by their
     /// places there, then those of the surface itself.
     #[inline(always)]
-    fn unknowns_at(
-        &self,
-        size: usize,
-        beside: &Beside,
-        seen: (&[u16], &[f64]),
-        mut visit: impl FnMut(usize, Point<3>),
-    ) {
+    fn unknowns_at(&self, size: usize, beside: &Beside, seen: (&[u16], &[f64]), mut visit: impl FnMut(usize, Vec3)) {
         let dim = self.law.dim;
         for (&node, value) in seen.0.iter().zip(seen.1) {
             for i in 0..dim {
-                let mut by = Point::<3>::zeros();
+                let mut by = Vec3::zeros();
                 by[i] = *value;
                 visit(node as usize * dim + i, by);
             }
@@ -164,7 +156,7 @@ impl RigidContact {
         let placed = self.placed(view.displacement, view.load);
         let mut points = Vec::with_capacity(trace.points.len());
         let mut gaps = Vec::with_capacity(trace.points.len());
-        let (mut moved, mut all_arms) = (Point::<3>::zeros(), Point::<3>::zeros());
+        let (mut moved, mut all_arms) = (Vec3::zeros(), Vec3::zeros());
         for &(point, weight) in &trace.points {
             let beside = self.beside(&placed, point, view);
             gaps.push((beside.found.gap, weight));
@@ -173,7 +165,7 @@ impl RigidContact {
             points.push(beside);
         }
         let mean = CountedMean::new(&gaps, trace.width);
-        let (mut by_load, mut normal) = (0.0, Point::<3>::zeros());
+        let (mut by_load, mut normal) = (0.0, Vec3::zeros());
         for (k, (beside, (gap, weight))) in points.iter().zip(&gaps).enumerate() {
             let part = weight * mean.part(*gap);
             by_load -= part * beside.found.normal.dot(&placed.rate(&beside.arm));
@@ -216,7 +208,7 @@ impl RigidContact {
     }
 
     /// Where a trace function was beside the surface at the last converged state, and by how much the surface had turned.
-    fn before(&self, trace: usize, condensed: &[f64]) -> (Point<3>, f64) {
+    fn before(&self, trace: usize, condensed: &[f64]) -> (Vec3, f64) {
         let variables = parted(self, condensed).1;
         let angle = if self.surface.turning.is_some() { variables[variables.len() - 1] } else { 0.0 };
         (three(&variables[trace * self.law.dim..][..self.law.dim]), angle)
@@ -224,7 +216,7 @@ impl RigidContact {
 
     /// How unknowns of a trace function move it beside the surface, times its area: displacements by $\int\Theta\Psi_a$, also to where the
     /// surface has turned by another way, and travel and turn of the surface.
-    fn moves(&self, trace: usize, view: &View<'_>, local_contact: &LocalContact) -> Vec<(usize, Point<3>)> {
+    fn moves(&self, trace: usize, view: &View<'_>, local_contact: &LocalContact) -> Vec<(usize, Vec3)> {
         let (_, was) = self.before(trace, view.condensed);
         let placed = self.placed(view.displacement, view.load);
         let trace = &self.contact_surface.traces[trace];
@@ -234,9 +226,9 @@ impl RigidContact {
                 values[l as usize] += weight * value;
             }
         }
-        let turned = |by: Point<3>| by - placed.spun(&by) * (placed.angle() - was);
+        let turned = |by: Vec3| by - placed.spun(&by) * (placed.angle() - was);
         let dim = self.law.dim;
-        let mut moves: Vec<(usize, Point<3>)> = Vec::with_capacity(values.len() * dim);
+        let mut moves: Vec<(usize, Vec3)> = Vec::with_capacity(values.len() * dim);
         let axes = [turned(unit(0)), turned(unit(1)), turned(unit(2))];
         for (a, value) in values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
             for (i, axis) in axes[..dim].iter().enumerate() {
@@ -252,12 +244,12 @@ impl RigidContact {
     }
 
     /// Gaps and forces at a state, the moment of the forces about the origin, and how deep the deepest point lies behind the surface.
-    pub(crate) fn pressed(&self, view: &View<'_>) -> (Pressed, Vector3<f64>, f64) {
+    pub(crate) fn pressed(&self, view: &View<'_>) -> (Pressed, Vec3, f64) {
         let mut all = Pressed::new(self.contact_surface.traces.len());
-        let (mut moment, mut depth) = (Vector3::zeros(), 0.0f64);
+        let (mut moment, mut depth) = (Vec3::zeros(), 0.0f64);
         for (k, trace) in self.contact_surface.traces.iter().enumerate() {
             let (pressure, friction) = self.law.pressure(k, view.condensed);
-            let (mut force, mut own) = (Point::<3>::zeros(), Vector3::zeros());
+            let (mut force, mut own) = (Vec3::zeros(), Vec3::zeros());
             let (touch, _) = self.touch(k, view, |p, [part, _], at| {
                 depth = depth.max(-at.found.gap);
                 let push = at.found.normal * (pressure * part) + friction * trace.points[p].1;
@@ -286,7 +278,7 @@ impl RigidContact {
     }
 
     /// Where a trace function that touches lies beyond an open end of the surface.
-    pub(crate) fn passed_end(&self, trace: usize, view: &View<'_>) -> Option<Point<3>> {
+    pub(crate) fn passed_end(&self, trace: usize, view: &View<'_>) -> Option<Vec3> {
         let mut passed = None;
         let (touch, _) = self.touch(trace, view, |_, _, at| {
             passed = if at.found.passed_end { Some(at.place) } else { passed };
@@ -297,7 +289,7 @@ impl RigidContact {
     /// Where the surface has come to the inner side of the body in a step: at one trace function, or all in all, so that it pulls. A surface
     /// presses against the normal of the body; one that has just let go may stand beside it or behind another part of the boundary, and one
     /// that is smaller than a trace function may never have touched.
-    fn passed_through(&self, before: &View<'_>, after: &View<'_>) -> Option<Point<3>> {
+    fn passed_through(&self, before: &View<'_>, after: &View<'_>) -> Option<Vec3> {
         let (mut pull, mut most, mut at) = (0.0, f64::NEG_INFINITY, 0);
         for (index, trace) in self.contact_surface.traces.iter().enumerate() {
             let mut along = 0.0;

@@ -1,9 +1,9 @@
 //! The mean gap between two triangles that face each other, over the part of one that the other covers, with its derivatives.
 
-use nalgebra::{Matrix3, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 
 use crate::each::{Each, list_of};
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Vec3};
 
 use super::jet::Jet;
 
@@ -56,11 +56,11 @@ pub(super) struct Overlap {
 /// A triangle with its coordinates.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Base {
-    origin: Point<3>,
+    origin: Vec3,
     /// Gradients of the two coordinates.
-    dual: [Point<3>; 2],
+    dual: [Vec3; 2],
     /// The outward normal.
-    pub normal: Point<3>,
+    pub normal: Vec3,
     /// Twice the reference measure.
     density: f64,
 }
@@ -269,7 +269,7 @@ fn cut(vertices: &[Vertex], side: usize, places: &[[f64; 2]; 3]) -> Vec<Vertex> 
 
 impl Base {
     /// A triangle with its reference measure, and 1 where its corners run counter-clockwise seen from outside, -1 otherwise.
-    pub(crate) fn new([a, b, c]: &[Point<3>; 3], sign: f64, measure: f64) -> Self {
+    pub(crate) fn new([a, b, c]: &[Vec3; 3], sign: f64, measure: f64) -> Self {
         let (first, second) = (b - a, c - a);
         let across = first.cross(&second);
         let square = across.norm_squared();
@@ -282,7 +282,7 @@ impl Base {
     }
 
     /// Another triangle over this one.
-    pub(crate) fn over(&self, other: &[Point<3>; 3]) -> Over {
+    pub(crate) fn over(&self, other: &[Vec3; 3]) -> Over {
         let away = other.each_ref().map(|y| y - self.origin);
         Over {
             places: away.each_ref().map(|away| self.dual.each_ref().map(|dual| dual.dot(away))),
@@ -379,7 +379,7 @@ impl Base {
     /// places and gaps.
     fn bent(&self, over: &Over, foot: &SVector<f64, FOOT>) -> SMatrix<f64, RELATIVE, RELATIVE> {
         let mut found = SMatrix::<f64, RELATIVE, RELATIVE>::zeros();
-        let mut add = |first: usize, second: usize, block: &Matrix3<f64>| {
+        let mut add = |first: usize, second: usize, block: &Mat3| {
             for i in 0..3 {
                 for j in 0..3 {
                     found[(3 * first + i, 3 * second + j)] += block[(i, j)];
@@ -390,13 +390,13 @@ impl Base {
         let ([x, y], metric, normal) = (self.dual, self.metric(), self.normal);
         // The force on each corner of the other triangle.
         let forces = [0, 1, 2].map(|k| x * foot[2 * k] + y * foot[2 * k + 1] + normal * foot[PLACES + k]);
-        let (mut force, mut pushed) = (Point::<3>::zeros(), 0.0);
+        let (mut force, mut pushed) = (Vec3::zeros(), 0.0);
         for k in 0..3 {
             force += forces[k] * over.gaps[k];
             pushed += foot[PLACES + k] * over.gaps[k];
         }
         for edge in 0..2 {
-            let (mut between, mut lever) = ([Matrix3::zeros(); 2], 0.0);
+            let (mut between, mut lever) = ([Mat3::zeros(); 2], 0.0);
             for k in 0..3 {
                 let turned = foot[2 * k] * metric[0][edge] + foot[2 * k + 1] * metric[1][edge];
                 let mixed = normal * normal.transpose() * turned - self.dual[edge] * forces[k].transpose();
@@ -439,8 +439,8 @@ mod tests {
 
     /// A triangle, another one over it, and what that covers.
     fn triangles(q: &[f64; LOCAL]) -> (Base, Over, Overlap) {
-        let point = |k: usize| Point::<3>::new(q[3 * k], q[3 * k + 1], q[3 * k + 2]);
-        let [own, other]: [[Point<3>; 3]; 2] = [0, 3].map(|first| std::array::from_fn(|k| point(first + k)));
+        let point = |k: usize| Vec3::new(q[3 * k], q[3 * k + 1], q[3 * k + 2]);
+        let [own, other]: [[Vec3; 3]; 2] = [0, 3].map(|first| std::array::from_fn(|k| point(first + k)));
         let base = Base::new(&own, -1.0, 0.7);
         let over = base.over(&other);
         (base, over, Overlap::new(&over.places).unwrap())
@@ -495,14 +495,14 @@ mod tests {
             let (base, over, overlap) = triangles(&q);
             let found = base.slopes(&overlap, &over);
             for slope in found.gaps.iter().chain(&found.areas) {
-                let (mut force, mut moment) = (Point::<3>::zeros(), Point::<3>::zeros());
+                let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
                 for (k, x) in q.chunks_exact(3).enumerate() {
-                    let part: Point<3> = slope.fixed_rows::<3>(3 * k).into();
+                    let part: Vec3 = slope.fixed_rows::<3>(3 * k).into();
                     force += part;
-                    moment += Point::<3>::from_column_slice(x).cross(&part);
+                    moment += Vec3::from_column_slice(x).cross(&part);
                 }
-                assert_abs_diff_eq!(force, Point::<3>::zeros(), epsilon = 1e-14);
-                assert_abs_diff_eq!(moment, Point::<3>::zeros(), epsilon = 1e-14);
+                assert_abs_diff_eq!(force, Vec3::zeros(), epsilon = 1e-14);
+                assert_abs_diff_eq!(moment, Vec3::zeros(), epsilon = 1e-14);
             }
         }
     }
@@ -513,8 +513,8 @@ mod tests {
     fn parts_sum_to_the_whole() {
         let corners = [[-0.5, -0.3], [1.4, -0.2], [0.3, 1.7]];
         let of = |places: [[f64; 2]; 3]| {
-            let height = |at: [f64; 2]| Point::<3>::new(at[0], at[1], 0.3 + 0.2 * at[0] - 0.1 * at[1]);
-            let own = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|at: [f64; 2]| Point::<3>::new(at[0], at[1], 0.0));
+            let height = |at: [f64; 2]| Vec3::new(at[0], at[1], 0.3 + 0.2 * at[0] - 0.1 * at[1]);
+            let own = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|at: [f64; 2]| Vec3::new(at[0], at[1], 0.0));
             let base = Base::new(&own, 1.0, 0.5);
             let over = base.over(&places.map(height));
             let Some(overlap) = Overlap::new(&over.places) else { return ([0.0; 3], [0.0; 3]) };

@@ -2,11 +2,11 @@
 
 use std::sync::{Arc, Mutex};
 
-use nalgebra::{SVector, Vector3};
+use nalgebra::SVector;
 
 use crate::compiled::by_dim;
 use crate::each::{Each, add, list_of};
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point, Vec3, padded};
 use crate::order::merged;
 use crate::parallel::lock;
 use crate::term::{Element, PointMotion, View, parted};
@@ -41,7 +41,7 @@ pub(super) enum Opposite {
 pub(super) struct State {
     pub(super) displacement: Vec<f64>,
     /// Where the movers are.
-    pub(super) places: Vec<Point<3>>,
+    pub(super) places: Vec<Vec3>,
     pub(super) opposite: Opposite,
     pub(super) reach: f64,
 }
@@ -56,7 +56,7 @@ pub(super) struct Piece {
     /// What each mover moves the trace function by, times area.
     shares: [f64; MOST],
     /// A unit normal of the faces.
-    normal: Point<3>,
+    normal: Vec3,
     source: Source,
 }
 
@@ -108,7 +108,7 @@ fn piece<const N: usize>(
     (movers, own): (&[u32], usize),
     [gap, area]: [Jet<N>; 2],
     shares: &[f64],
-    normal: Point<3>,
+    normal: Vec3,
     shift: f64,
 ) -> Piece {
     let source = Source::Here(Derivatives {
@@ -183,7 +183,7 @@ struct Held {
 pub(super) struct Now {
     pub(super) state: Arc<State>,
     held: Option<Arc<Held>>,
-    since: Vec<Point<3>>,
+    since: Vec<Vec3>,
 }
 
 impl Now {
@@ -196,12 +196,12 @@ impl Now {
 /// The slip of a trace function as a combination of those of points, and the normal that it is across to.
 pub(super) struct Slip {
     pub(super) weights: Vec<(u32, f64)>,
-    pub(super) normal: Point<3>,
+    pub(super) normal: Vec3,
 }
 
 impl Slip {
     /// What it is where points have moved.
-    pub(super) fn of(&self, moves: &[Point<3>]) -> Point<3> {
+    pub(super) fn of(&self, moves: &[Vec3]) -> Vec3 {
         self.weights.iter().map(|&(point, weight)| moves[point as usize] * weight).sum()
     }
 }
@@ -221,7 +221,7 @@ impl PairContact {
     pub(crate) fn new(
         contact_surfaces: Vec<ContactSurface>,
         nodes: Vec<u32>,
-        positions: &[Point<3>],
+        positions: &[Vec3],
         law: ContactLaw,
     ) -> Self {
         let place = |node: u32| nodes.partition_point(|&n| n < node) as u16;
@@ -328,7 +328,7 @@ impl PairContact {
 
     /// The slip of a trace function from a state on.
     fn slip(&self, trace: usize, state: &State) -> Option<Slip> {
-        let (mut weights, mut normal) = (Vec::new(), Point::<3>::zeros());
+        let (mut weights, mut normal) = (Vec::new(), Vec3::zeros());
         let overlap = self.overlap(trace, state, 0.0, |piece| {
             for (mover, share) in piece.moving() {
                 weights.extend(self.movers.parts[mover as usize].iter().map(|&(point, part)| (point, share * part)));
@@ -342,7 +342,7 @@ impl PairContact {
     }
 
     /// What the points have moved by since the last converged state; nothing without friction.
-    fn moved_since(&self, displacement: &[f64], condensed: &[f64]) -> Vec<Point<3>> {
+    fn moved_since(&self, displacement: &[f64], condensed: &[f64]) -> Vec<Vec3> {
         if !self.law.has_friction() {
             return Vec::new();
         }
@@ -380,7 +380,7 @@ impl PairContact {
     /// Finds the faces at a state, with the search of another one or of its own.
     fn found(&self, displacement: &[f64], searched: Option<&State>) -> State {
         let all = self.movers.rest.iter().zip(self.moves(displacement));
-        let places: Vec<Point<3>> = all.map(|(x, moved)| x + moved).collect();
+        let places: Vec<Vec3> = all.map(|(x, moved)| x + moved).collect();
         let (opposite, reach) = match &self.geometry {
             Geometry::Line(outward) => {
                 let carrying = self.contact_surfaces[0].traces.len();
@@ -419,10 +419,10 @@ impl PairContact {
     }
 
     /// What coefficients move all movers by.
-    pub(super) fn moves(&self, step: &[f64]) -> Vec<Point<3>> {
-        let mut moves: Vec<Point<3>> = Vec::with_capacity(self.motion.len());
+    pub(super) fn moves(&self, step: &[f64]) -> Vec<Vec3> {
+        let mut moves: Vec<Vec3> = Vec::with_capacity(self.motion.len());
         for (point, parts) in self.movers.parts.iter().enumerate() {
-            let mut u = Point::<3>::zeros();
+            let mut u = Vec3::zeros();
             by_dim!(self.law.dim, D => {
                 for &(place, value) in self.motion.of(point as u32) {
                     let first = self.nodes[place as usize] as usize * D;
@@ -459,7 +459,7 @@ impl PairContact {
                     let [here, there] = [own, other].map(|k| state.places[k as usize][0]);
                     let gap = (Jet::variable(there, 1) - Jet::variable(here, 0)) * (area * normal);
                     let both: [Jet<2>; 2] = [gap, Jet::constant(area)];
-                    take(piece((&[own, other], 1), both, &[area; 2], Point::<3>::new(normal, 0.0, 0.0), shift));
+                    take(piece((&[own, other], 1), both, &[area; 2], Vec3::new(normal, 0.0, 0.0), shift));
                 }
             }
             (Geometry::Plane(chain), Opposite::Plane(laid)) => {
@@ -526,7 +526,7 @@ impl PairContact {
             let place = |mover: u32| state.places[mover as usize];
             let Some((own, triangle, found)) = faces.loose_gap(laid, point, place) else { continue };
             let [a, b, c] = faces.triangles[triangle as usize].movers;
-            let outward: Point<3> = found.slope.fixed_rows::<3>(0).into();
+            let outward: Vec3 = found.slope.fixed_rows::<3>(0).into();
             // What point and corners move the place of contact by.
             let shares = [0, 1, 2, 3].map(|k| weight * found.slope.fixed_rows::<3>(3 * k).dot(&outward).abs());
             let both = [found * weight, Jet::constant(weight)];
@@ -535,7 +535,7 @@ impl PairContact {
     }
 
     /// Visits the gradients of a piece's gap times area and of its area by the place of each of its movers.
-    fn slopes(&self, piece: &Piece, state: &State, mut visit: impl FnMut(usize, [Point<3>; 2])) {
+    fn slopes(&self, piece: &Piece, state: &State, mut visit: impl FnMut(usize, [Vec3; 2])) {
         let dim = self.law.dim;
         match (&piece.source, &state.opposite) {
             (Source::Here(of), _) => {
@@ -551,7 +551,7 @@ impl PairContact {
                     parts[0] * of[0][i] + parts[1] * of[1][i] + parts[2] * of[2][i]
                 };
                 for k in 0..MOST {
-                    let [mut slope, mut area_slope] = [Point::<3>::zeros(); 2];
+                    let [mut slope, mut area_slope] = [Vec3::zeros(); 2];
                     for i in 0..3 {
                         area_slope[i] = sum(&found.areas, 3 * k + i);
                         slope[i] = sum(&found.gaps, 3 * k + i) + area_slope[i] * shift;
@@ -585,7 +585,7 @@ impl PairContact {
         let size = points.len() * dim;
         let mut found = Gathered { slope: vec![0.0; size], area_slope: vec![0.0; size], points: Vec::new() };
         // Over movers first, which many pieces share.
-        let mut over_movers = vec![[Point::<3>::zeros(); 2]; movers.len()];
+        let mut over_movers = vec![[Vec3::zeros(); 2]; movers.len()];
         for piece in pieces {
             self.slopes(piece, state, |k, [slope, area_slope]| {
                 let own = &mut over_movers[movers.partition_point(|&m| m < piece.movers[k])];
@@ -651,7 +651,7 @@ impl PairContact {
     }
 
     /// How a step that moves the movers changes the mean gap of pieces, times area.
-    pub(super) fn change(&self, pieces: &[Piece], state: &State, gap: f64, moves: &[Point<3>]) -> f64 {
+    pub(super) fn change(&self, pieces: &[Piece], state: &State, gap: f64, moves: &[Vec3]) -> f64 {
         let mut change = 0.0;
         for piece in pieces {
             self.slopes(piece, state, |k, [slope, area_slope]| {
@@ -663,7 +663,7 @@ impl PairContact {
     }
 
     /// How a step that moves the movers opens pieces whose overlaps stay as they are, times area.
-    pub(super) fn opening(&self, pieces: &[Piece], moves: &[Point<3>]) -> f64 {
+    pub(super) fn opening(&self, pieces: &[Piece], moves: &[Vec3]) -> f64 {
         let of = |piece: &Piece| {
             let along = |(mover, share): (u32, f64)| -share * piece.normal.dot(&moves[mover as usize]);
             piece.moving().map(along).sum::<f64>()
@@ -707,7 +707,7 @@ impl PairContact {
             let concentration = touch.area / touch.gap_area;
             let (pressure, traction) = (touch.pressure * concentration, touch.traction * concentration);
             for piece in pieces {
-                let mut pushes = [Point::<3>::zeros(); MOST];
+                let mut pushes = [Vec3::zeros(); MOST];
                 self.slopes(&piece, &now.state, |k, [slope, _]| pushes[k] = slope * pressure);
                 for (k, ((mover, share), push)) in piece.moving().zip(&pushes).enumerate() {
                     let force = push + traction * share;
@@ -723,7 +723,7 @@ impl PairContact {
         for all in 0..self.traces {
             let (side, trace) = self.trace(all);
             let surface = &self.contact_surfaces[side];
-            let mut normal = Vector3::zeros();
+            let mut normal = Vec3::zeros();
             for &(point, weight) in &surface.traces[trace].points {
                 normal += surface.outward(point, view.displacement) * weight;
             }
@@ -747,7 +747,7 @@ impl PairContact {
     }
 
     /// How deep the faces are in each other at rest, and where.
-    pub(crate) fn deepest_at_rest(&self, unknowns: usize) -> Option<(f64, Point<3>)> {
+    pub(crate) fn deepest_at_rest(&self, unknowns: usize) -> Option<(f64, Vec3)> {
         let state = self.laid(&vec![0.0; unknowns]);
         // An interference is counted from the overlap that was measured: the gap itself starts at zero.
         let gap = |trace: usize| match self.law.interference {

@@ -2,7 +2,7 @@
 
 use crate::compiled::by_dim;
 use crate::each::{Each, add};
-use crate::geometry::Point;
+use crate::geometry::{Point, Vec3};
 use crate::term::{Coupling, Element, Form, Layout, Term, View};
 
 use super::friction::friction_step;
@@ -145,10 +145,10 @@ impl PairContact {
         let both = gathered.slope.iter().zip(&gathered.area_slope);
         let slope: Vec<f64> = both.map(|(s, a)| s - touch.gap * a).collect();
         let Gathered { points, area_slope, .. } = gathered;
-        let mut moves: Vec<(usize, Point<3>)> = Vec::new();
+        let mut moves: Vec<(usize, Vec3)> = Vec::new();
         for &(point, value) in slip.iter().flat_map(|slip| &slip.weights) {
             let place = points.partition_point(|&p| p < point);
-            let along = |i: usize| Point::<3>::from_fn(|j, _| if i == j { touch.area * value } else { 0.0 });
+            let along = |i: usize| Vec3::from_fn(|j, _| if i == j { touch.area * value } else { 0.0 });
             moves.extend((0..self.law.dim).map(|i| (place * self.law.dim + i, along(i))));
         }
         let factor = touch.concentrated()[0].max(0.0) / touch.gap_area;
@@ -175,7 +175,7 @@ impl PairContact {
         trace: usize,
         view: &View<'_>,
         now: &Now,
-        moves: &[Point<3>],
+        moves: &[Vec3],
         condensed_step: &mut [f64],
     ) -> f64 {
         let (touch, pieces) = self.touch(trace, view, now);

@@ -3,7 +3,7 @@
 use nalgebra::SMatrix;
 
 use crate::error::GeometryError;
-use crate::geometry::{Bounds, Curve, Point, Turn};
+use crate::geometry::{Bounds, Curve, Point, Turn, Vec2};
 
 use super::{Nearest, Surface};
 
@@ -24,10 +24,10 @@ use super::{Nearest, Surface};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
-    start: Point<2>,
+    start: Vec2,
     curves: Vec<Curve>,
     /// A corner or centre that no arc fits to.
-    wrong: Option<Point<2>>,
+    wrong: Option<Vec2>,
 }
 
 /// Differences of lengths that rounding explains.
@@ -41,13 +41,13 @@ impl Profile {
         Profile { start: start.into(), curves: Vec::new(), wrong: None }
     }
 
-    fn end(&self) -> Point<2> {
+    fn end(&self) -> Vec2 {
         self.curves.last().map_or(self.start, |curve| curve.at(1.0))
     }
 
     /// A straight line to a corner.
     pub fn line(mut self, to: [f64; 2]) -> Self {
-        let (from, to) = (self.end(), Point::<2>::from(to));
+        let (from, to) = (self.end(), Vec2::from(to));
         if !((to - from).norm() > 0.0) {
             self.wrong.get_or_insert(to);
         }
@@ -57,7 +57,7 @@ impl Profile {
 
     /// An arc to a corner, about a centre.
     pub fn arc(mut self, to: [f64; 2], centre: [f64; 2], turn: Turn) -> Self {
-        let (from, to, centre) = (self.end(), Point::<2>::from(to), Point::<2>::from(centre));
+        let (from, to, centre) = (self.end(), Vec2::from(to), Vec2::from(centre));
         let (a, b) = (from - centre, to - centre);
         let radius = a.norm();
         if !(radius > 0.0 && (b.norm() - radius).abs() <= ROUNDING * (radius + to.amax())) {
@@ -86,7 +86,7 @@ impl Profile {
     }
 
     /// Points along the profile for a picture, about `count` on each arc.
-    pub fn drawn(&self, count: usize) -> Vec<Point<2>> {
+    pub fn drawn(&self, count: usize) -> Vec<Vec2> {
         let mut points = vec![self.start];
         for curve in &self.curves {
             let count = if matches!(curve, Curve::Line { .. }) { 1 } else { count.max(2) };
@@ -100,25 +100,25 @@ impl Profile {
     }
 
     /// Unit tangent of a curve at its start (0) or end (1), or in between.
-    fn tangent(curve: &Curve, t: f64) -> Point<2> {
+    fn tangent(curve: &Curve, t: f64) -> Vec2 {
         match curve {
             Curve::Line { from, to } => (to - from).normalize(),
             Curve::Arc { start, sweep, .. } => {
                 let angle = start + sweep * t;
-                Point::<2>::new(-angle.sin(), angle.cos()) * sweep.signum()
+                Vec2::new(-angle.sin(), angle.cos()) * sweep.signum()
             }
         }
     }
 
     /// Out of the rigid body: to the right of the way.
-    fn outward(curve: &Curve, t: f64) -> Point<2> {
+    fn outward(curve: &Curve, t: f64) -> Vec2 {
         let along = Profile::tangent(curve, t);
-        Point::<2>::new(along[1], -along[0])
+        Vec2::new(along[1], -along[0])
     }
 }
 
 impl Surface<2> for Profile {
-    fn nearest(&self, x: &Point<2>) -> Nearest<2> {
+    fn nearest(&self, x: &Vec2) -> Nearest<2> {
         let mut best = (0, 0.0, f64::INFINITY);
         for (k, curve) in self.curves.iter().enumerate() {
             let (t, distance) = curve.nearest(x);
@@ -172,7 +172,7 @@ impl Surface<2> for Profile {
     }
 
     fn validate(&self) -> Result<(), GeometryError> {
-        let wrong = |what, at: Point<2>, remedy| Err(GeometryError::Shape { what, at: at.as_slice().to_vec(), remedy });
+        let wrong = |what, at: Vec2, remedy| Err(GeometryError::Shape { what, at: at.as_slice().to_vec(), remedy });
         if let Some(at) = self.wrong {
             return wrong(
                 "a line of a rigid profile has no length, or the ends of an arc different distances from its centre",

@@ -2,10 +2,8 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
-
 use crate::error::{Error, GeometryError, Invalid};
-use crate::geometry::{Point, vector};
+use crate::geometry::{Point, Vec3, vector};
 use crate::mesh::Mesh;
 use crate::solid::Solid3;
 use crate::term::Amplitude;
@@ -18,7 +16,7 @@ use super::{Ball, Cone, ContactError, Cylinder, Nearest, Plane, Profile, Surface
 /// How a rigid surface moves: by a vector times an amplitude, or along a unit vector, pushed by a force times an amplitude and free to move.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Drive {
-    pub along: Point<3>,
+    pub along: Vec3,
     pub force: Option<f64>,
     pub amplitude: Amplitude,
 }
@@ -44,7 +42,7 @@ pub(crate) struct Obstacle {
     pub drive: Option<Drive>,
     pub turning: Option<Turning>,
     /// Where it has gone before the run \[length\].
-    start: Point<3>,
+    start: Vec3,
     pub friction: f64,
     pub interference: Option<Interference>,
     /// Whether it was given a motion and then a force, or the reverse; an angle and then a moment, or the reverse.
@@ -57,9 +55,9 @@ pub(crate) struct Obstacle {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Placed {
     /// Where the surface has gone \[length\].
-    pub offset: Point<3>,
+    pub offset: Vec3,
     /// Its change with the load factor.
-    pub slope: Point<3>,
+    pub slope: Vec3,
     pub turned: Option<Turned>,
 }
 
@@ -146,7 +144,7 @@ impl Obstacle {
     }
 
     /// Gives it an angle, or a moment where it is free to turn.
-    fn turn(&mut self, about: Point<3>, axis: Vector3<f64>, amount: f64, free: bool) {
+    fn turn(&mut self, about: Vec3, axis: Vec3, amount: f64, free: bool) {
         let spin = axis.normalize().cross_matrix();
         self.driven_twice |= self.turning.as_ref().is_some_and(|turning| turning.free != free);
         let amplitude = self.turn_to_come.take().unwrap_or(Amplitude::Ramp);
@@ -186,7 +184,7 @@ impl Obstacle {
     }
 
     /// The direction in which it is free, where it is.
-    pub(crate) fn free_direction(&self) -> Option<Point<3>> {
+    pub(crate) fn free_direction(&self) -> Option<Vec3> {
         self.drive.as_ref().filter(|drive| drive.force.is_some()).map(|drive| drive.along)
     }
 
@@ -245,7 +243,7 @@ impl Obstacle {
 
 impl Placed {
     /// Gap, normal and curvature at a current position.
-    pub(crate) fn nearest(&self, shape: &dyn Surface<3>, x: &Point<3>) -> Nearest<3> {
+    pub(crate) fn nearest(&self, shape: &dyn Surface<3>, x: &Vec3) -> Nearest<3> {
         let Some(turned) = &self.turned else { return shape.nearest(&(x - self.offset)) };
         let rotation = turned.rotation;
         let found = shape.nearest(&(turned.about + rotation.tr_mul(&self.arm(x))));
@@ -254,17 +252,17 @@ impl Placed {
     }
 
     /// From the axis to a current position.
-    pub(crate) fn arm(&self, x: &Point<3>) -> Point<3> {
+    pub(crate) fn arm(&self, x: &Vec3) -> Vec3 {
         self.turned.as_ref().map_or_else(Point::zeros, |turned| x - self.offset - turned.about)
     }
 
     /// What a turn by a unit angle moves the surface by at the end of an arm.
-    pub(crate) fn spun(&self, arm: &Point<3>) -> Point<3> {
+    pub(crate) fn spun(&self, arm: &Vec3) -> Vec3 {
         self.turned.as_ref().map_or_else(Point::zeros, |turned| turned.spin * arm)
     }
 
     /// How the surface moves with the load factor at the end of an arm.
-    pub(crate) fn rate(&self, arm: &Point<3>) -> Point<3> {
+    pub(crate) fn rate(&self, arm: &Vec3) -> Vec3 {
         self.slope + self.spun(arm) * self.turned.as_ref().map_or(0.0, |turned| turned.rate)
     }
 
@@ -329,14 +327,14 @@ impl RigidSurface<3> {
 impl RigidSurface<2> {
     /// Turns about a point, which moves with the surface, by an angle \[rad\], counter-clockwise, while the load factor goes from 0 to 1.
     pub fn turning(mut self, about: [f64; 2], angle: f64) -> Self {
-        self.0.turn(vector(&about), Vector3::z(), angle, false);
+        self.0.turn(vector(&about), Vec3::z(), angle, false);
         self
     }
 
     /// Is free to turn about a point, which moves with the surface, under a moment that grows with the load factor \[force·length per
     /// unit thickness\]; without one it tilts until its moment vanishes.
     pub fn driven(mut self, about: [f64; 2], moment: f64) -> Self {
-        self.0.turn(vector(&about), Vector3::z(), moment, true);
+        self.0.turn(vector(&about), Vec3::z(), moment, true);
         self
     }
 }

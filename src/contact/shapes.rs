@@ -3,7 +3,7 @@
 use nalgebra::SMatrix;
 
 use crate::error::{GeometryError, Invalid};
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Point, Vec3};
 
 use super::{Nearest, Surface};
 
@@ -59,9 +59,9 @@ impl<const D: usize> Surface<D> for Ball<D> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cylinder {
     /// A point of the axis \[length\].
-    pub through: Point<3>,
+    pub through: Vec3,
     /// The direction of the axis, of any length above zero.
-    pub along: Point<3>,
+    pub along: Vec3,
     /// Radius \[length\].
     pub radius: f64,
     /// Whether the rigid body lies outside.
@@ -69,9 +69,9 @@ pub struct Cylinder {
 }
 
 impl Surface<3> for Cylinder {
-    fn nearest(&self, x: &Point<3>) -> Nearest<3> {
+    fn nearest(&self, x: &Vec3) -> Nearest<3> {
         let axis = self.along.normalize();
-        let across = SMatrix::<f64, 3, 3>::identity() - axis * axis.transpose();
+        let across = Mat3::identity() - axis * axis.transpose();
         let found = Nearest::round(across * (x - self.through), self.radius, across);
         if self.hollow { found.hollow() } else { found }
     }
@@ -91,15 +91,15 @@ impl Surface<3> for Cylinder {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cone {
     /// The tip \[length\].
-    pub tip: Point<3>,
+    pub tip: Vec3,
     /// From the tip into the cone, of any length above zero.
-    pub along: Point<3>,
+    pub along: Vec3,
     /// Angle between the axis and the surface \[rad\], between 0 and π/2.
     pub half_angle: f64,
 }
 
 impl Surface<3> for Cone {
-    fn nearest(&self, x: &Point<3>) -> Nearest<3> {
+    fn nearest(&self, x: &Vec3) -> Nearest<3> {
         let axis = self.along.normalize();
         let offset = x - self.tip;
         let height = offset.dot(&axis);
@@ -131,9 +131,9 @@ impl Surface<3> for Cone {
     }
 }
 
-fn perpendicular(axis: &Point<3>) -> Point<3> {
+fn perpendicular(axis: &Vec3) -> Vec3 {
     let least = axis.iamin();
-    let unit = Point::<3>::from_fn(|i, _| f64::from(u8::from(i == least)));
+    let unit = Vec3::from_fn(|i, _| f64::from(u8::from(i == least)));
     (unit - axis * axis[least]).normalize()
 }
 

@@ -1,9 +1,9 @@
 //! Rigid surfaces: signed distance, normal and curvature at a point.
 
-use nalgebra::{Matrix3, SMatrix};
+use nalgebra::SMatrix;
 
 use crate::error::GeometryError;
-use crate::geometry::{Point, padded};
+use crate::geometry::{Mat3, Point, Vec3, padded};
 
 /// Where a point stands beside a rigid surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,9 +78,9 @@ pub trait Surface<const D: usize>: Send + Sync {
 pub(super) struct Padded<const D: usize, S>(pub S);
 
 impl<const D: usize, S: Surface<D>> Surface<3> for Padded<D, S> {
-    fn nearest(&self, x: &Point<3>) -> Nearest<3> {
+    fn nearest(&self, x: &Vec3) -> Nearest<3> {
         let found = self.0.nearest(&padded(x));
-        let mut curvature = Matrix3::zeros();
+        let mut curvature = Mat3::zeros();
         for i in 0..D.min(3) {
             for j in 0..D.min(3) {
                 curvature[(i, j)] = found.curvature[(i, j)];

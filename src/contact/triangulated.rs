@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nalgebra::SMatrix;
 
 use crate::error::GeometryError;
-use crate::geometry::{Bounds, Point};
+use crate::geometry::{Bounds, Mat3, Point, Vec3};
 use crate::mesh::Mesh;
 use crate::solid::{Tree, foot};
 
@@ -32,13 +32,13 @@ use super::{Nearest, Surface};
 /// ```
 #[derive(Debug, Clone)]
 pub struct Triangulated {
-    points: Vec<Point<3>>,
+    points: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
-    normals: Vec<Point<3>>,
+    normals: Vec<Vec3>,
     /// Mean normals at corners.
-    at_points: Vec<Point<3>>,
+    at_points: Vec<Vec3>,
     /// Sums of the normals on both sides of an edge, its lower corner first, and how many there are.
-    at_edges: HashMap<[u32; 2], (Point<3>, usize)>,
+    at_edges: HashMap<[u32; 2], (Vec3, usize)>,
     /// Whether a corner lies at a border, beyond which there are no triangles.
     at_borders: Vec<bool>,
     bounds: Bounds<3>,
@@ -56,7 +56,7 @@ fn edge(a: u32, b: u32) -> [u32; 2] {
 
 impl Triangulated {
     /// Triangles between points \[length\].
-    pub fn new(points: Vec<Point<3>>, triangles: Vec<[u32; 3]>) -> Self {
+    pub fn new(points: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Self {
         let mut surface = Triangulated {
             at_points: vec![Point::zeros(); points.len()],
             points,
@@ -113,7 +113,7 @@ impl Triangulated {
 }
 
 impl Surface<3> for Triangulated {
-    fn nearest(&self, x: &Point<3>) -> Nearest<3> {
+    fn nearest(&self, x: &Vec3) -> Nearest<3> {
         let Some((k, _, distance)) = self.tree.closest(x) else { return Nearest::flat(f64::INFINITY, Point::zeros()) };
         let (k, triangle) = (k as usize, self.triangles[k as usize]);
         let (foot, corners) = foot(x, &triangle.map(|corner| self.points[corner as usize]));
@@ -125,7 +125,7 @@ impl Surface<3> for Triangulated {
             let (a, b) = (triangle[a], triangle[b]);
             let (sum, count) = self.at_edges[&edge(a, b)];
             let along = (self.points[b as usize] - self.points[a as usize]).normalize();
-            (sum, SMatrix::<f64, 3, 3>::identity() - along * along.transpose(), count < 2)
+            (sum, Mat3::identity() - along * along.transpose(), count < 2)
         } else {
             let corner = triangle[corners[0]] as usize;
             (self.at_points[corner], SMatrix::identity(), self.at_borders[corner])

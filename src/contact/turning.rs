@@ -1,18 +1,16 @@
 //! Rigid surfaces that turn about an axis.
 
-use nalgebra::Matrix3;
-
 use crate::error::Invalid;
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Vec3};
 use crate::term::Amplitude;
 
 /// How a rigid surface turns: by a given angle, or free under a given moment.
 #[derive(Debug, Clone)]
 pub(crate) struct Turning {
     /// A point of the axis \[length\].
-    pub about: Point<3>,
+    pub about: Vec3,
     /// $\hat\omega$: what a turn by a unit angle moves a point by is $\hat\omega\,(x - x_0)$.
-    pub spin: Matrix3<f64>,
+    pub spin: Mat3,
     /// The angle where it is given, else the moment.
     pub amount: f64,
     pub amplitude: Amplitude,
@@ -26,9 +24,9 @@ pub(crate) struct Turning {
 /// A surface that has turned.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Turned {
-    pub about: Point<3>,
-    pub spin: Matrix3<f64>,
-    pub rotation: Matrix3<f64>,
+    pub about: Vec3,
+    pub spin: Mat3,
+    pub rotation: Mat3,
     pub angle: f64,
     /// Change of the angle with the load factor.
     pub rate: f64,
@@ -45,7 +43,7 @@ impl Turning {
         };
         let (sine, cosine) = angle.sin_cos();
         // Rodrigues.
-        let rotation = Matrix3::identity() + self.spin * sine + self.spin * self.spin * (1.0 - cosine);
+        let rotation = Mat3::identity() + self.spin * sine + self.spin * self.spin * (1.0 - cosine);
         Turned { about: self.about, spin: self.spin, rotation, angle, rate }
     }
 

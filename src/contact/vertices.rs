@@ -1,7 +1,7 @@
 //! Vertices of deformable faces: what they are of the displacements of nodes.
 
 use crate::each::{Each, add};
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 use crate::order::{accumulate, merged};
 
 use super::ContactSurface;
@@ -14,14 +14,14 @@ pub(super) type Combination = Vec<(u16, f64)>;
 pub(super) struct Movers {
     /// None of what is a mean.
     pub combinations: Vec<Combination>,
-    pub rest: Vec<Point<3>>,
+    pub rest: Vec<Vec3>,
     pub owners: Vec<Vec<(u32, f64)>>,
     /// For each the points that it is the mean of, with its parts: itself where it is none.
     pub parts: Vec<Vec<(u32, f64)>>,
 }
 
 impl Movers {
-    pub(crate) fn push(&mut self, combination: Combination, rest: Point<3>, owners: Vec<(u32, f64)>) {
+    pub(crate) fn push(&mut self, combination: Combination, rest: Vec3, owners: Vec<(u32, f64)>) {
         self.parts.push(vec![(self.rest.len() as u32, 1.0)]);
         self.combinations.push(combination);
         self.rest.push(rest);
@@ -39,7 +39,7 @@ impl Movers {
         if self.parts.last() == Some(&parts) {
             return self.parts.len() as u32 - 1;
         }
-        let rest = of.iter().map(|&k| self.rest[k as usize]).sum::<Point<3>>() * part;
+        let rest = of.iter().map(|&k| self.rest[k as usize]).sum::<Vec3>() * part;
         let mut owners = Vec::new();
         for &k in of {
             for &(trace, value) in &self.owners[k as usize] {
@@ -61,17 +61,17 @@ const AT_REST: f64 = 1e-13;
 /// What the vertices of a face are made of.
 pub(super) struct Means {
     /// Reference positions of the means under the trace functions.
-    at: Vec<Point<3>>,
+    at: Vec<Vec3>,
     /// For each trace function those that it shares points with, and $t_{KL}$.
     shared: Vec<Vec<(u32, f64)>>,
 }
 
 impl Means {
-    pub(crate) fn of(contact_surface: &ContactSurface, positions: &[Point<3>]) -> Self {
+    pub(crate) fn of(contact_surface: &ContactSurface, positions: &[Vec3]) -> Self {
         let mut at = Vec::with_capacity(contact_surface.traces.len());
         for trace in &contact_surface.traces {
             let mean = |&(point, weight): &(u32, f64)| contact_surface.table.positions[point as usize] * weight;
-            at.push(trace.points.iter().map(mean).sum::<Point<3>>() / trace.area);
+            at.push(trace.points.iter().map(mean).sum::<Vec3>() / trace.area);
         }
         let mut shared: Vec<Vec<(u32, f64)>> = vec![Vec::new(); contact_surface.traces.len()];
         for (traces, weight) in contact_surface.over.iter().zip(&contact_surface.table.weights) {
@@ -81,7 +81,7 @@ impl Means {
                 }
             }
         }
-        let particles: Vec<Point<3>> = contact_surface.traces.mapped(|trace| positions[trace.particle as usize]);
+        let particles: Vec<Vec3> = contact_surface.traces.mapped(|trace| positions[trace.particle as usize]);
         for (k, list) in shared.iter_mut().enumerate() {
             for (l, both) in list {
                 let l = *l as usize;
@@ -96,17 +96,17 @@ impl Means {
     }
 
     /// Changes $t_{KL}$ by least squares, symmetrically, so that vertices lie at the particles along flat faces.
-    fn bring_to(&mut self, contact_surface: &ContactSurface, particles: &[Point<3>]) {
+    fn bring_to(&mut self, contact_surface: &ContactSurface, particles: &[Vec3]) {
         let normals = contact_surface.traces.mapped(|trace| contact_surface.normal(trace));
-        let along = |k: usize, v: Point<3>| v - normals[k] * normals[k].dot(&v);
+        let along = |k: usize, v: Vec3| v - normals[k] * normals[k].dot(&v);
         // Pairs in one direction, with the means' distance times t: changes count in parts of t.
-        let mut pairs: Vec<(usize, usize, Point<3>)> = Vec::new();
+        let mut pairs: Vec<(usize, usize, Vec3)> = Vec::new();
         for (k, list) in self.shared.iter().enumerate() {
             let after = list.iter().filter(|entry| entry.0 as usize > k);
             pairs.extend(after.map(|&(l, t)| (k, l as usize, (self.at[k] - self.at[l as usize]) * t)));
         }
         let moved = |parts: &[f64]| {
-            let mut sums = vec![Point::<3>::zeros(); particles.len()];
+            let mut sums = vec![Vec3::zeros(); particles.len()];
             for (&(k, l, way), part) in pairs.iter().zip(parts) {
                 sums[k] += along(k, way * *part);
                 sums[l] -= along(l, way * *part);
@@ -114,12 +114,12 @@ impl Means {
             sums
         };
         let all = moved(&vec![1.0; pairs.len()]);
-        let mut missing: Vec<Point<3>> = (contact_surface.traces.iter().zip(particles).zip(&self.at))
+        let mut missing: Vec<Vec3> = (contact_surface.traces.iter().zip(particles).zip(&self.at))
             .enumerate()
             .map(|(k, ((trace, x), mean))| along(k, (x - mean) * trace.area) - all[k])
             .collect();
         // Conjugate gradients for least squares.
-        let answer = |left: &[Point<3>]| -> Vec<f64> {
+        let answer = |left: &[Vec3]| -> Vec<f64> {
             pairs.mapped(|&(k, l, way)| way.dot(&along(k, left[k])) - way.dot(&along(l, left[l])))
         };
         let square = |v: &[f64]| v.summed(|x| x * x);
@@ -154,14 +154,14 @@ impl Means {
         contact_surface: &ContactSurface,
         trace: usize,
         place: impl Fn(u32) -> u16,
-    ) -> (Combination, Point<3>) {
+    ) -> (Combination, Vec3) {
         let mut parts = vec![(trace, 1.0)];
         for &(other, both) in &self.shared[trace] {
             let part = both / contact_surface.traces[trace].area;
             parts[0].1 += part;
             parts.push((other as usize, -part));
         }
-        let (mut combination, mut rest) = (Combination::new(), Point::<3>::zeros());
+        let (mut combination, mut rest) = (Combination::new(), Vec3::zeros());
         for (k, part) in parts {
             let of = &contact_surface.traces[k];
             rest += self.at[k] * part;

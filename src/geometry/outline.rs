@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::error::GeometryError;
 
-use super::Point;
+use super::Vec2;
 
 /// Which way an arc turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -19,14 +19,14 @@ pub enum Turn {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Curve {
     Line {
-        from: Point<2>,
-        to: Point<2>,
+        from: Vec2,
+        to: Vec2,
     },
     /// `sweep` is the signed angle \[rad\].
     Arc {
-        from: Point<2>,
-        to: Point<2>,
-        centre: Point<2>,
+        from: Vec2,
+        to: Vec2,
+        centre: Vec2,
         radius: f64,
         start: f64,
         sweep: f64,
@@ -115,14 +115,14 @@ impl Outline {
                     "give finite coordinates and radii above zero",
                 ));
             }
-            let (start, end) = (Point::<2>::from(from), Point::<2>::from(to));
+            let (start, end) = (Vec2::from(from), Vec2::from(to));
             let curve = match edge.arc {
                 None if start == end => {
                     return Err(wrong("a line has no length", to, "give two different corners"));
                 }
                 None => Curve::Line { from: start, to: end },
                 Some((centre, turn)) => {
-                    let centre = Point::<2>::from(centre);
+                    let centre = Vec2::from(centre);
                     let (a, b) = (start - centre, end - centre);
                     let radius = a.norm();
                     // Corners typed with eight digits still lie on their arc, and so do those of a small arc far
@@ -161,20 +161,20 @@ impl Outline {
 
 impl Curve {
     /// The point at parameter $t \in \[0,1\]$; both ends come out exact.
-    pub(crate) fn at(&self, t: f64) -> Point<2> {
+    pub(crate) fn at(&self, t: f64) -> Vec2 {
         match self {
             Curve::Line { from, to } => from * (1.0 - t) + to * t,
             Curve::Arc { from, .. } if t == 0.0 => *from,
             Curve::Arc { to, .. } if t == 1.0 => *to,
             Curve::Arc { centre, radius, start, sweep, .. } => {
                 let angle = start + sweep * t;
-                centre + Point::<2>::new(angle.cos(), angle.sin()) * *radius
+                centre + Vec2::new(angle.cos(), angle.sin()) * *radius
             }
         }
     }
 
     /// Centre and squared radius of an arc.
-    pub(super) fn circle(&self) -> Option<(Point<2>, f64)> {
+    pub(super) fn circle(&self) -> Option<(Vec2, f64)> {
         match self {
             Curve::Line { .. } => None,
             Curve::Arc { centre, radius, .. } => Some((*centre, radius * radius)),
@@ -182,7 +182,7 @@ impl Curve {
     }
 
     /// Whether a point lies between a chord of an arc, taken in its direction, and the arc that has the body on its left.
-    pub(crate) fn beyond_chord(&self, [a, b]: [&Point<2>; 2], at: &Point<2>) -> bool {
+    pub(crate) fn beyond_chord(&self, [a, b]: [&Vec2; 2], at: &Vec2) -> bool {
         let (chord, offset) = (b - a, at - a);
         matches!(self, Curve::Arc { centre, radius, sweep, .. }
             if *sweep > 0.0
@@ -198,7 +198,7 @@ impl Curve {
     }
 
     /// Parameter of the nearest point and its distance.
-    pub(crate) fn nearest(&self, x: &Point<2>) -> (f64, f64) {
+    pub(crate) fn nearest(&self, x: &Vec2) -> (f64, f64) {
         let t = match self {
             Curve::Line { from, to } => {
                 let along = to - from;
@@ -249,7 +249,7 @@ impl Curve {
 
     /// $\tfrac12\int x\\,\mathrm dy - y\\,\mathrm dx$ along the curve, with coordinates from a point near it: about a
     /// distant one the parts of a loop are large and cancel.
-    pub(super) fn signed_area(&self, about: &Point<2>) -> f64 {
+    pub(super) fn signed_area(&self, about: &Vec2) -> f64 {
         match *self {
             Curve::Line { from, to } => {
                 let (a, b) = (from - about, to - about);
@@ -272,15 +272,15 @@ mod tests {
 
     #[test]
     fn arcs_know_their_nearest_points() {
-        let centre = Point::<2>::new(1.0, 2.0);
-        let (from, to) = (Point::<2>::new(1.0, 4.0), Point::<2>::new(3.0, 2.0));
+        let centre = Vec2::new(1.0, 2.0);
+        let (from, to) = (Vec2::new(1.0, 4.0), Vec2::new(3.0, 2.0));
         let arc = Curve::Arc { from, to, centre, radius: 2.0, start: PI / 2.0, sweep: -PI / 2.0 };
         for t in [0.0, 0.3, 1.0] {
             let (found, distance) = arc.nearest(&(centre + (arc.at(t) - centre) * 1.5));
             assert_abs_diff_eq!(found, t, epsilon = 1e-12);
             assert_abs_diff_eq!(distance, 1.0, epsilon = 1e-12);
         }
-        assert_eq!(arc.nearest(&Point::<2>::new(4.0, 1.0)).0, 1.0);
-        assert_eq!(arc.nearest(&Point::<2>::new(0.0, 5.0)).0, 0.0);
+        assert_eq!(arc.nearest(&Vec2::new(4.0, 1.0)).0, 1.0);
+        assert_eq!(arc.nearest(&Vec2::new(0.0, 5.0)).0, 0.0);
     }
 }

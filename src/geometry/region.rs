@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::each::Each;
 use crate::error::{GeometryError, Invalid};
 
-use super::Point;
+use super::Vec2;
 use super::outline::{Curve, Outline};
 
 /// A region of the plane: an outline and holes in it.
@@ -17,12 +17,12 @@ pub struct Region {
     pub(crate) names: Vec<String>,
     pub(crate) tolerance: f64,
     area: f64,
-    pub(crate) min: Point<2>,
-    pub(crate) max: Point<2>,
+    pub(crate) min: Vec2,
+    pub(crate) max: Vec2,
     /// Chords of all loops, for tests of containment.
-    pub(super) chords: Vec<(Point<2>, Point<2>)>,
+    pub(super) chords: Vec<(Vec2, Vec2)>,
     /// Centre and squared radius of the arcs of those chords that are not lines.
-    circles: Vec<Option<(Point<2>, f64)>>,
+    circles: Vec<Option<(Vec2, f64)>>,
     /// Chords by height, with what lies between them and their arcs: as many bands as chords, from bottom to top.
     bands: Vec<Vec<u32>>,
 }
@@ -51,8 +51,8 @@ impl Region {
             names: Vec::new(),
             tolerance: 0.0,
             area: 0.0,
-            min: Point::<2>::repeat(f64::INFINITY),
-            max: Point::<2>::repeat(f64::NEG_INFINITY),
+            min: Vec2::repeat(f64::INFINITY),
+            max: Vec2::repeat(f64::NEG_INFINITY),
             chords: Vec::new(),
             circles: Vec::new(),
             bands: Vec::new(),
@@ -204,7 +204,7 @@ impl Region {
     }
 
     /// Whether a point lies inside, arcs exact.
-    pub fn contains(&self, at: &Point<2>) -> bool {
+    pub fn contains(&self, at: &Vec2) -> bool {
         let mut inside = false;
         for &chord in &self.bands[self.band(at[1])] {
             let (a, b) = self.chords[chord as usize];
@@ -219,16 +219,16 @@ impl Region {
 }
 
 /// Whether a set of closed polygons winds oddly around a point.
-fn winds(chords: &[(Point<2>, Point<2>)], at: &Point<2>) -> bool {
+fn winds(chords: &[(Vec2, Vec2)], at: &Vec2) -> bool {
     chords.iter().fold(false, |inside, (a, b)| inside ^ is_left(*a, *b, at))
 }
 
 /// Whether a chord crosses the line from a point to the right.
-fn is_left(a: Point<2>, b: Point<2>, at: &Point<2>) -> bool {
+fn is_left(a: Vec2, b: Vec2, at: &Vec2) -> bool {
     (a[1] > at[1]) != (b[1] > at[1]) && at[0] < a[0] + (b[0] - a[0]) * (at[1] - a[1]) / (b[1] - a[1])
 }
 
-fn side(a: Point<2>, b: Point<2>, c: Point<2>) -> f64 {
+fn side(a: Vec2, b: Vec2, c: Vec2) -> f64 {
     let (u, v) = (b - a, c - a);
     let cross = u[0] * v[1] - u[1] * v[0];
     // What rounding of coordinates of this size leaves of a point on the line.
@@ -236,18 +236,18 @@ fn side(a: Point<2>, b: Point<2>, c: Point<2>) -> f64 {
 }
 
 /// Whether two segments have a point in common.
-fn cross_or_touch((a, b): (Point<2>, Point<2>), (c, d): (Point<2>, Point<2>)) -> bool {
+fn cross_or_touch((a, b): (Vec2, Vec2), (c, d): (Vec2, Vec2)) -> bool {
     let (p, q) = (side(a, b, c), side(a, b, d));
     let (r, s) = (side(c, d, a), side(c, d, b));
     if p * q < 0.0 && r * s < 0.0 {
         return true;
     }
-    let between = |a: Point<2>, b: Point<2>, c: Point<2>, side: f64| side == 0.0 && (c - a).dot(&(c - b)) <= 0.0;
+    let between = |a: Vec2, b: Vec2, c: Vec2, side: f64| side == 0.0 && (c - a).dot(&(c - b)) <= 0.0;
     between(a, b, c, p) || between(a, b, d, q) || between(c, d, a, r) || between(c, d, b, s)
 }
 
 /// Whether a line turns back onto itself at its middle corner.
-fn folds((a, b, c): (Point<2>, Point<2>, Point<2>)) -> bool {
+fn folds((a, b, c): (Vec2, Vec2, Vec2)) -> bool {
     let (u, v) = (a - b, c - b);
     let angle = (u[0] * v[1] - u[1] * v[0]).atan2(u.dot(&v)).abs();
     angle < 1e-9 * PI
@@ -269,7 +269,7 @@ mod tests {
             let hole = Outline::circle("hole", [1.0, 1.0], 0.5);
             let region = Region::with_holes(square(turned), [hole]).unwrap();
             assert_abs_diff_eq!(region.area(), 4.0 - PI / 4.0, epsilon = 1e-12);
-            assert!(region.contains(&Point::<2>::new(0.2, 0.2)) && !region.contains(&Point::<2>::new(1.0, 1.0)));
+            assert!(region.contains(&Vec2::new(0.2, 0.2)) && !region.contains(&Vec2::new(1.0, 1.0)));
         }
     }
 }

@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use crate::assembly::{Pattern, Ranks};
 use crate::error::LinearError;
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 
 /// What is known of a matrix before it is factorised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -140,7 +140,7 @@ pub trait LinearSolver: Send + Sync {
 
     /// An approximate solver for nodes at these positions in 3D: scenes use it in the preconditioner of a Krylov iteration. None for
     /// solvers that solve by themselves.
-    fn preconditioner(&self, _nodes: &[Point<3>]) -> Option<Box<dyn LinearSolver>> {
+    fn preconditioner(&self, _nodes: &[Vec3]) -> Option<Box<dyn LinearSolver>> {
         None
     }
 

@@ -1,11 +1,10 @@
 //! Foams: energies of stretches and volume together.
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::rivlin::positive;
 use super::{Principal, PrincipalEnergy};
 use crate::each::Each;
 use crate::error::{Invalid, MaterialError};
+use crate::geometry::{Mat3, Vec3};
 
 /// One term of an [`OgdenFoam`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,7 +100,7 @@ impl FoamTerm {
 
 impl PrincipalEnergy for OgdenFoam {
     fn evaluate(&self, logarithms: [f64; 3]) -> Principal {
-        let mut sum = Principal { energy: 0.0, gradient: Vector3::zeros(), hessian: Matrix3::zeros() };
+        let mut sum = Principal { energy: 0.0, gradient: Vec3::zeros(), hessian: Mat3::zeros() };
         let volume: f64 = logarithms.iter().sum();
         for term in &self.terms {
             let (mu, alpha, beta) = (term.shear, term.exponent, term.beta());

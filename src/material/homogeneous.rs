@@ -1,8 +1,7 @@
 //! Homogeneous tests of a material: uniaxial, equibiaxial, planar, volumetric.
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::{Material, Past, respond_to_volume};
+use crate::geometry::{Mat3, Vec3};
 
 /// A homogeneous test, driven by one stretch $\lambda$.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -76,7 +75,7 @@ impl Mode {
         }
         let lateral = root(self.lateral(stretch, 1.0), |lateral| {
             let stretches = self.stretches(stretch, lateral);
-            let f = Matrix3::from_diagonal(&Vector3::from(stretches));
+            let f = Mat3::from_diagonal(&Vec3::from(stretches));
             let (mut stress, mut tangent) = ([0.0; 2], [0.0; 4]);
             whole(material, &f, &[4, 8], &mut stress, &mut tangent);
             let slope = if self == Mode::Uniaxial { tangent[3] + tangent[2] } else { tangent[3] };
@@ -114,7 +113,7 @@ impl std::fmt::Display for Mode {
 }
 
 /// Stress and tangent of a sudden step from rest, with the volumetric part.
-fn whole(material: &dyn Material, f: &Matrix3<f64>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+fn whole(material: &dyn Material, f: &Mat3, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
     material.respond(f, Past { memory: &material.rest(), elapsed: 0.0 }, of, stress, tangent);
     if let Some(volumetric) = material.volumetric() {
         respond_to_volume(volumetric, f, of, stress, tangent);
@@ -123,7 +122,7 @@ fn whole(material: &dyn Material, f: &Matrix3<f64>, of: &[usize], stress: &mut [
 
 /// $P_{11}$ and $P_{33}$ at principal stretches, with the volumetric part or without.
 fn principal_stresses(material: &dyn Material, with_volume: bool, stretches: [f64; 3]) -> [f64; 2] {
-    let (f, mut stress) = (Matrix3::from_diagonal(&Vector3::from(stretches)), [0.0; 2]);
+    let (f, mut stress) = (Mat3::from_diagonal(&Vec3::from(stretches)), [0.0; 2]);
     match with_volume {
         true => whole(material, &f, &[0, 8], &mut stress, &mut []),
         false => {

@@ -1,8 +1,7 @@
 //! Energies of the reduced invariants and their derivatives with respect to F.
 
-use nalgebra::Matrix3;
-
 use super::{Material, Past, Response};
+use crate::geometry::Mat3;
 use crate::tensor::{add_hessian_in, cofactor};
 
 /// A distortional energy and its derivatives with respect to the reduced invariants \[stress\].
@@ -83,16 +82,16 @@ struct Reduced {
     /// J^(-2/3).
     c: f64,
     /// cof F.
-    cofactor: Matrix3<f64>,
+    cofactor: Mat3,
     /// G = FᵀF.
-    green: Matrix3<f64>,
+    green: Mat3,
     /// Ī1 - 3 and Ī2 - 3.
     excess: [f64; 2],
 }
 
 impl Reduced {
     #[inline]
-    fn new(f: &Matrix3<f64>) -> Option<Self> {
+    fn new(f: &Mat3) -> Option<Self> {
         let cofactor = cofactor(f);
         let j = f.m11 * cofactor.m11 + f.m12 * cofactor.m12 + f.m13 * cofactor.m13;
         if j.is_nan() || j <= 0.0 {
@@ -106,7 +105,7 @@ impl Reduced {
         let excess = if i1 < 3.5 {
             // With ē = c G - δ, det(δ + ē) = 1 means tr ē = -(e2 + e3): the excesses follow from
             // terms quadratic in the strain, and round-off stays relative to them.
-            let e = c * green - Matrix3::identity();
+            let e = c * green - Mat3::identity();
             let e2 = e.m11 * e.m22 - e.m12 * e.m12 + e.m11 * e.m33 - e.m13 * e.m13 + e.m22 * e.m33 - e.m23 * e.m23;
             let e3 = e.determinant();
             [-(e2 + e3), -(e2 + 2.0 * e3)]
@@ -118,15 +117,15 @@ impl Reduced {
 }
 
 impl<E: InvariantEnergy> Material for Invariants<E> {
-    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
+    fn energy_from(&self, f: &Mat3, _: Past<'_>) -> f64 {
         Reduced::new(f).map_or(f64::NAN, |reduced| self.0.evaluate_excess(reduced.excess[0], reduced.excess[1]).energy)
     }
 
-    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+    fn response_from(&self, f: &Mat3, past: Past<'_>) -> Response {
         Response::of_components(|of, stress, tangent| self.respond(f, past, of, stress, tangent))
     }
 
-    fn respond(&self, f: &Matrix3<f64>, _: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+    fn respond(&self, f: &Mat3, _: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
         let n = components.len();
         let Some(reduced) = Reduced::new(f) else {
             stress[..n].fill(f64::NAN);
@@ -184,10 +183,10 @@ impl<E: InvariantEnergy> Material for Invariants<E> {
 /// $A \ni \sum k_{ab}\\,g_a\otimes g_b$, and `unit`, `q` and `hessian` times what is left of
 /// $\partial^2\bar I_1$ and $\partial^2\bar I_2$.
 struct Dyads {
-    stress: Matrix3<f64>,
-    first: Matrix3<f64>,
-    second: Matrix3<f64>,
-    normal: Matrix3<f64>,
+    stress: Mat3,
+    first: Mat3,
+    second: Mat3,
+    normal: Mat3,
     k11: f64,
     k12: f64,
     k22: f64,
@@ -201,7 +200,7 @@ struct Dyads {
 
 impl<E: InvariantEnergy> Invariants<E> {
     #[inline(always)]
-    fn dyads(&self, f: &Matrix3<f64>, reduced: &Reduced) -> Dyads {
+    fn dyads(&self, f: &Mat3, reduced: &Reduced) -> Dyads {
         let Reduced { j, c, cofactor, green, excess } = reduced;
         let c = *c;
         let Distortion { w1, w2, w11, w12, w22, .. } = self.0.evaluate_excess(excess[0], excess[1]);
@@ -214,7 +213,7 @@ impl<E: InvariantEnergy> Invariants<E> {
         let second = if w2 != 0.0 || w12 != 0.0 || w22 != 0.0 {
             2.0 * (c * i1 * f - (c * c) * (f * green) - (2.0 / 3.0 * i2) * normal)
         } else {
-            Matrix3::zeros()
+            Mat3::zeros()
         };
 
         // The dyads of A = Σ H̄_ab g_a⊗g_b + Σ K̄_a ∂²Ī_a. Differentiating Ī1 = c I1 and

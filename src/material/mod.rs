@@ -58,10 +58,9 @@ mod volumetric;
 
 use std::sync::Arc;
 
-use nalgebra::Matrix3;
-
 use crate::each::EachOf;
 use crate::error::MaterialError;
+use crate::geometry::Mat3;
 use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components, determinant_hessian};
 
 pub use carroll::Carroll;
@@ -91,7 +90,7 @@ pub use volumetric::{
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
     /// First Piola–Kirchhoff stress $P_{iJ} = \partial W/\partial F_{iJ}$ \[stress\].
-    pub stress: Matrix3<f64>,
+    pub stress: Mat3,
     /// $A_{iJkL} = \partial P_{iJ}/\partial F_{kL}$ at row $3i+J$, column $3k+L$ \[stress\].
     pub tangent: Tangent,
 }
@@ -99,7 +98,7 @@ pub struct Response {
 impl Response {
     /// The answer of a material outside the domain of its energy: NaN in every component.
     pub fn undefined() -> Self {
-        Self { stress: Matrix3::repeat(f64::NAN), tangent: Tangent::repeat(f64::NAN) }
+        Self { stress: Mat3::repeat(f64::NAN), tangent: Tangent::repeat(f64::NAN) }
     }
 
     /// Copies a few components, as [`Material::respond`] writes them.
@@ -119,11 +118,11 @@ impl Response {
     fn of_components(respond: impl FnOnce(&[usize], &mut [f64], &mut [f64])) -> Self {
         let (mut stress, mut tangent) = ([0.0; 9], [0.0; 81]);
         respond(&ALL, &mut stress, &mut tangent);
-        Self { stress: Matrix3::from_row_slice(&stress), tangent: Tangent::from_row_slice(&tangent) }
+        Self { stress: Mat3::from_row_slice(&stress), tangent: Tangent::from_row_slice(&tangent) }
     }
 
     /// The same with the part of a volumetric energy, for $J > 0$.
-    fn with_volume(mut self, volumetric: &dyn VolumetricEnergy, f: &Matrix3<f64>) -> Self {
+    fn with_volume(mut self, volumetric: &dyn VolumetricEnergy, f: &Mat3) -> Self {
         let Volumetric { slope, curvature, .. } = volumetric.evaluate(f.determinant());
         let cof = cofactor(f);
         self.stress += slope * cof;
@@ -259,10 +258,10 @@ impl<'a> Past<'a> {
 /// ```
 pub trait Material: Send + Sync {
     /// Stored energy $W_e(F)$ per reference volume \[stress\].
-    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64;
+    fn energy_from(&self, f: &Mat3, past: Past<'_>) -> f64;
 
     /// First Piola–Kirchhoff stress $P = \partial W_e/\partial F$ and tangent $\partial P/\partial F$ \[stress\].
-    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response;
+    fn response_from(&self, f: &Mat3, past: Past<'_>) -> Response;
 
     /// Writes the stress and the tangent of [`response_from`](Material::response_from) in a few components $c = 3i + J$ alone:
     /// $P_{c_a}$ to `stress[a]`, $A_{c_a c_b}$ to `tangent[a * components.len() + b]`; where `tangent` is empty the stress alone is
@@ -270,7 +269,7 @@ pub trait Material: Send + Sync {
     ///
     /// Plane and radial bodies ask for two to five of the nine. Nothing needs to be written for it; a material
     /// that does is quicker there.
-    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+    fn respond(&self, f: &Mat3, past: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
         self.response_from(f, past).select(components, stress, tangent);
     }
 
@@ -288,13 +287,13 @@ pub trait Material: Send + Sync {
     fn initial_moduli(&self) -> InitialModuli {
         match self.inner() {
             Some(inner) => inner.initial_moduli(),
-            None => InitialModuli::of(&self.response(&Matrix3::identity()).tangent),
+            None => InitialModuli::of(&self.response(&Mat3::identity()).tangent),
         }
     }
 
     /// The whole deformation gradient where the material itself settles a part of it, as the thickness of a sheet in plane
     /// stress; else $F$ as it is.
-    fn settled(&self, f: &Matrix3<f64>, past: Past<'_>) -> Matrix3<f64> {
+    fn settled(&self, f: &Mat3, past: Past<'_>) -> Mat3 {
         self.inner().map_or(*f, |inner| inner.settled(f, past))
     }
 
@@ -319,7 +318,7 @@ pub trait Material: Send + Sync {
     }
 
     /// Writes the memory at the end of a step.
-    fn remember(&self, f: &Matrix3<f64>, past: Past<'_>, next: &mut [f64]) {
+    fn remember(&self, f: &Mat3, past: Past<'_>, next: &mut [f64]) {
         if let Some(inner) = self.inner() {
             inner.remember(f, past, next);
         }
@@ -339,7 +338,7 @@ pub trait Material: Send + Sync {
     }
 
     /// The whole energy $W(F)$ of a sudden step from rest \[stress\]; NaN for $J \le 0$ where there is a volumetric part.
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+    fn energy(&self, f: &Mat3) -> f64 {
         let (rest, j) = (self.rest(), f.determinant());
         let shape = || self.energy_from(f, Past { memory: &rest, elapsed: 0.0 });
         match self.volumetric() {
@@ -356,7 +355,7 @@ pub trait Material: Send + Sync {
     /// \frac{\partial P}{\partial F} = \frac{\partial^2 W_e}{\partial F\partial F}
     /// {}+ \tilde W''\operatorname{cof}F\otimes\operatorname{cof}F
     /// {}+ p\\,\frac{\partial^2 J}{\partial F\partial F}.$$
-    fn response(&self, f: &Matrix3<f64>) -> Response {
+    fn response(&self, f: &Mat3) -> Response {
         let rest = self.rest();
         let shape = || self.response_from(f, Past { memory: &rest, elapsed: 0.0 });
         match self.volumetric() {
@@ -379,7 +378,7 @@ pub trait Material: Send + Sync {
 /// $J \le 0$.
 pub(crate) fn respond_to_volume(
     volumetric: &dyn VolumetricEnergy,
-    f: &Matrix3<f64>,
+    f: &Mat3,
     components: &[usize],
     stress: &mut [f64],
     tangent: &mut [f64],
@@ -409,13 +408,13 @@ macro_rules! behind {
             fn inner(&self) -> Option<&dyn Material> {
                 Some(&**self)
             }
-            fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+            fn energy_from(&self, f: &Mat3, past: Past<'_>) -> f64 {
                 (**self).energy_from(f, past)
             }
-            fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+            fn response_from(&self, f: &Mat3, past: Past<'_>) -> Response {
                 (**self).response_from(f, past)
             }
-            fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+            fn respond(&self, f: &Mat3, past: Past<'_>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
                 (**self).respond(f, past, of, stress, tangent);
             }
         }
@@ -464,15 +463,15 @@ impl<W: Material, U: VolumetricEnergy> Material for NearlyIncompressible<W, U> {
         Some(&self.distortional)
     }
 
-    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+    fn energy_from(&self, f: &Mat3, past: Past<'_>) -> f64 {
         self.distortional.energy_from(f, past)
     }
 
-    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+    fn response_from(&self, f: &Mat3, past: Past<'_>) -> Response {
         self.distortional.response_from(f, past)
     }
 
-    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+    fn respond(&self, f: &Mat3, past: Past<'_>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
         self.distortional.respond(f, past, of, stress, tangent);
     }
 
@@ -481,6 +480,6 @@ impl<W: Material, U: VolumetricEnergy> Material for NearlyIncompressible<W, U> {
     }
 
     fn initial_moduli(&self) -> InitialModuli {
-        InitialModuli::of(&self.response(&Matrix3::identity()).tangent)
+        InitialModuli::of(&self.response(&Mat3::identity()).tangent)
     }
 }

@@ -2,11 +2,10 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Matrix3;
-
 use super::rivlin::positive;
 use super::{Material, Past, Response};
 use crate::error::{Invalid, MaterialError};
+use crate::geometry::Mat3;
 
 /// Mullins' effect by the pseudo-energy of Ogden and Roxburgh: below the largest distortional energy $\bar W_m$ that a point has had,
 /// its distortional stress is softer,
@@ -60,7 +59,7 @@ impl<M: Material> Material for Mullins<M> {
         Some(&self.material)
     }
 
-    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+    fn energy_from(&self, f: &Mat3, past: Past<'_>) -> f64 {
         let energy = self.material.energy_from(f, Past::NONE);
         match self.softened(energy, past.memory[0]) {
             // ∫η dW from the largest energy down.
@@ -69,11 +68,11 @@ impl<M: Material> Material for Mullins<M> {
         }
     }
 
-    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+    fn response_from(&self, f: &Mat3, past: Past<'_>) -> Response {
         Response::of_components(|of, stress, tangent| self.respond(f, past, of, stress, tangent))
     }
 
-    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+    fn respond(&self, f: &Mat3, past: Past<'_>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
         self.material.respond(f, Past::NONE, of, stress, tangent);
         let Some([z, scale]) = self.softened(self.material.energy_from(f, Past::NONE), past.memory[0]) else { return };
         let factor = 1.0 - libm::erf(z) / self.r;
@@ -94,7 +93,7 @@ impl<M: Material> Material for Mullins<M> {
         1
     }
 
-    fn remember(&self, f: &Matrix3<f64>, past: Past<'_>, next: &mut [f64]) {
+    fn remember(&self, f: &Mat3, past: Past<'_>, next: &mut [f64]) {
         next[0] = past.memory[0].max(self.material.energy_from(f, Past::NONE));
     }
 

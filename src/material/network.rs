@@ -1,11 +1,10 @@
 //! Energies of chain networks: Arruda and Boyce, and the extended tube.
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::rivlin::positive;
 use super::{Distortion, InvariantEnergy, Principal, PrincipalEnergy};
 use crate::each::{Each, EachOf};
 use crate::error::{Invalid, MaterialError};
+use crate::geometry::{Mat3, Vec3};
 
 /// The energy of Arruda and Boyce by the first five terms of its series, as other programs have it,
 /// $$\bar W = \mu\sum_{i=1}^5\frac{C_i}{\lambda_m^{2i-2}}\big(\bar I_1^i - 3^i\big),\qquad
@@ -136,14 +135,14 @@ impl ExtendedTube {
 
 impl PrincipalEnergy for ExtendedTube {
     fn evaluate(&self, logarithms: [f64; 3]) -> Principal {
-        let squares = Vector3::from(logarithms.each(|h| (2.0 * h).exp()));
+        let squares = Vec3::from(logarithms.each(|h| (2.0 * h).exp()));
         // Ī1 - 3 without cancellation beyond that of the logarithms, which add up to zero.
         let d: f64 = logarithms.summed(|h| (2.0 * h).exp_m1());
         let limit = self.delta * self.delta;
         let left = 1.0 - limit * d;
         if left.is_nan() || left <= 0.0 {
             let nan = f64::NAN;
-            return Principal { energy: nan, gradient: Vector3::repeat(nan), hessian: Matrix3::repeat(nan) };
+            return Principal { energy: nan, gradient: Vec3::repeat(nan), hessian: Mat3::repeat(nan) };
         }
         let half = 0.5 * self.crosslinks;
         let first = half * ((1.0 - limit) / (left * left) - limit / left);

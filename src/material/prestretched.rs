@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use nalgebra::Matrix3;
-
 use super::{InitialModuli, Material, Past, Response, Volumetric, VolumetricEnergy};
 use crate::each::sum_of;
 use crate::error::{Invalid, MaterialError};
+use crate::geometry::Mat3;
 use crate::tensor::Tangent;
 
 /// A material that was stretched by $F_0$ before it was built in: the body at rest has the elastic deformation $F_0$, and
@@ -29,7 +28,7 @@ use crate::tensor::Tangent;
 #[derive(Debug, Clone)]
 pub struct Prestretched<M> {
     material: Arc<M>,
-    before: Matrix3<f64>,
+    before: Mat3,
     volumetric: Volume<M>,
 }
 
@@ -46,7 +45,7 @@ impl<M: Material> Prestretched<M> {
     ///
     /// # Errors
     /// [`Invalid`] unless $F_0$ is finite with a determinant above zero.
-    pub fn new(material: M, before: Matrix3<f64>) -> Result<Self, MaterialError> {
+    pub fn new(material: M, before: Mat3) -> Result<Self, MaterialError> {
         let volume = before.determinant();
         ensure!(
             volume > 0.0 && before.iter().all(|f| f.is_finite()),
@@ -72,11 +71,11 @@ impl<M: Material> Material for Prestretched<M> {
         Some(&*self.material)
     }
 
-    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+    fn energy_from(&self, f: &Mat3, past: Past<'_>) -> f64 {
         self.material.energy_from(&(f * self.before), past) / self.volumetric.volume
     }
 
-    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+    fn response_from(&self, f: &Mat3, past: Past<'_>) -> Response {
         let Response { stress, tangent } = self.material.response_from(&(f * self.before), past);
         let (g, volume) = (&self.before, self.volumetric.volume);
         // A_iJkL = A_iMkN G_JM G_LN / det G.
@@ -100,16 +99,16 @@ impl<M: Material> Material for Prestretched<M> {
     }
 
     fn initial_moduli(&self) -> InitialModuli {
-        InitialModuli::of(&self.response(&Matrix3::identity()).tangent)
+        InitialModuli::of(&self.response(&Mat3::identity()).tangent)
     }
 
     /// What the material settles of $FF_0$, seen from the body at rest.
-    fn settled(&self, f: &Matrix3<f64>, past: Past<'_>) -> Matrix3<f64> {
-        let undone = self.before.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
+    fn settled(&self, f: &Mat3, past: Past<'_>) -> Mat3 {
+        let undone = self.before.try_inverse().unwrap_or_else(|| Mat3::repeat(f64::NAN));
         self.material.settled(&(f * self.before), past) * undone
     }
 
-    fn remember(&self, f: &Matrix3<f64>, past: Past<'_>, next: &mut [f64]) {
+    fn remember(&self, f: &Mat3, past: Past<'_>, next: &mut [f64]) {
         self.material.remember(&(f * self.before), past, next);
     }
 }

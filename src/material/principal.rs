@@ -1,10 +1,9 @@
 //! Energies of the principal stretches.
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::rivlin::positive;
 use crate::each::Each;
 use crate::error::{Invalid, MaterialError};
+use crate::geometry::{Mat3, Vec3};
 
 /// A symmetric energy of three logarithmic stretches with its derivatives \[stress\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,9 +11,9 @@ pub struct Principal {
     /// $\bar W$.
     pub energy: f64,
     /// $\partial\bar W/\partial\ln\bar\lambda_a$.
-    pub gradient: Vector3<f64>,
+    pub gradient: Vec3,
     /// $\partial^2\bar W/\partial\ln\bar\lambda_a\\,\partial\ln\bar\lambda_b$.
-    pub hessian: Matrix3<f64>,
+    pub hessian: Mat3,
 }
 
 /// A distortional energy $\bar W(\bar\lambda_1,\bar\lambda_2,\bar\lambda_3)$ of the principal stretches
@@ -209,7 +208,7 @@ impl Ogden {
 
 impl PrincipalEnergy for Ogden {
     fn evaluate(&self, logarithms: [f64; 3]) -> Principal {
-        let mut sum = Principal { energy: 0.0, gradient: Vector3::zeros(), hessian: Matrix3::zeros() };
+        let mut sum = Principal { energy: 0.0, gradient: Vec3::zeros(), hessian: Mat3::zeros() };
         for &(mu, alpha) in &self.terms {
             for (a, logarithm) in logarithms.into_iter().enumerate() {
                 // λ^α - 1 without cancellation near λ = 1.
@@ -243,11 +242,11 @@ impl Hencky {
 
 impl PrincipalEnergy for Hencky {
     fn evaluate(&self, logarithms: [f64; 3]) -> Principal {
-        let logarithms = Vector3::from(logarithms);
+        let logarithms = Vec3::from(logarithms);
         Principal {
             energy: self.shear * logarithms.norm_squared(),
             gradient: 2.0 * self.shear * logarithms,
-            hessian: Matrix3::from_diagonal_element(2.0 * self.shear),
+            hessian: Mat3::from_diagonal_element(2.0 * self.shear),
         }
     }
 }

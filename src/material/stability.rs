@@ -1,9 +1,10 @@
 //! How far a material can be stretched before it loses stability.
 
-use nalgebra::{Matrix2, Matrix3, Vector3};
+use nalgebra::Matrix2;
 
 use super::{Material, Mode, Past};
 use crate::each::EachOf;
+use crate::geometry::{Mat3, Vec3};
 
 /// A criterion of material stability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -133,16 +134,16 @@ impl<'a> Subject<'a> {
         } else {
             return false;
         };
-        let lambda = Vector3::from(stretches);
+        let lambda = Vec3::from(stretches);
         let rest = Past { memory: &self.rest, elapsed: 0.0 };
-        let response = self.material.response_from(&Matrix3::from_diagonal(&lambda), rest);
+        let response = self.material.response_from(&Mat3::from_diagonal(&lambda), rest);
         if !response.tangent.iter().all(|a| a.is_finite()) {
             return false;
         }
         match criterion {
             Criterion::Drucker => {
                 // ∂τ_a/∂ln λ_b with τ_a = P_a λ_a.
-                let slope = Matrix3::from_fn(|a, b| {
+                let slope = Mat3::from_fn(|a, b| {
                     let own = if a == b { response.stress[(a, a)] * lambda[a] } else { 0.0 };
                     lambda[a] * response.tangent[(4 * a, 4 * b)] * lambda[b] + own
                 });
@@ -150,19 +151,19 @@ impl<'a> Subject<'a> {
                     return smallest(&slope) > 0.0;
                 }
                 // On the plane of constant volume.
-                let (e, g) = (Vector3::new(1.0, -1.0, 0.0) / 2f64.sqrt(), Vector3::new(1.0, 1.0, -2.0) / 6f64.sqrt());
-                let part = |v: &Vector3<f64>, w: &Vector3<f64>| v.dot(&(slope * w));
+                let (e, g) = (Vec3::new(1.0, -1.0, 0.0) / 2f64.sqrt(), Vec3::new(1.0, 1.0, -2.0) / 6f64.sqrt());
+                let part = |v: &Vec3, w: &Vec3| v.dot(&(slope * w));
                 Matrix2::new(part(&e, &e), part(&e, &g), part(&g, &e), part(&g, &g)).symmetric_eigenvalues().min() > 0.0
             }
             Criterion::Ellipticity => {
                 let speed = |angles: [f64; 2]| {
-                    let n = Vector3::new(
+                    let n = Vec3::new(
                         angles[0].sin() * angles[1].cos(),
                         angles[0].sin() * angles[1].sin(),
                         angles[0].cos(),
                     );
                     let pushed = lambda.component_mul(&n);
-                    let acoustic = Matrix3::from_fn(|i, k| {
+                    let acoustic = Mat3::from_fn(|i, k| {
                         let mut sum = 0.0;
                         for j in 0..3 {
                             for l in 0..3 {
@@ -174,9 +175,9 @@ impl<'a> Subject<'a> {
                     if !self.incompressible {
                         return smallest(&acoustic);
                     }
-                    let e = if n.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() }.cross(&n).normalize();
+                    let e = if n.x.abs() < 0.7 { Vec3::x() } else { Vec3::y() }.cross(&n).normalize();
                     let g = n.cross(&e);
-                    let part = |v: &Vector3<f64>, w: &Vector3<f64>| v.dot(&(acoustic * w));
+                    let part = |v: &Vec3, w: &Vec3| v.dot(&(acoustic * w));
                     let plane = Matrix2::new(part(&e, &e), part(&e, &g), part(&g, &e), part(&g, &g));
                     plane.symmetric_eigenvalues().min()
                 };
@@ -186,7 +187,7 @@ impl<'a> Subject<'a> {
     }
 }
 
-fn smallest(matrix: &Matrix3<f64>) -> f64 {
+fn smallest(matrix: &Mat3) -> f64 {
     (0.5 * (matrix + matrix.transpose())).symmetric_eigenvalues().min()
 }
 

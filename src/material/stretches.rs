@@ -1,9 +1,10 @@
 //! Materials of energies of the principal stretches: their derivatives with respect to F.
 
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::SMatrix;
 
 use super::{Material, Past, Principal, PrincipalEnergy, Response};
 use crate::each::EachOf;
+use crate::geometry::{Mat3, Vec3};
 use crate::tensor::{Tangent, components};
 
 /// The material of an energy of the reduced principal stretches, $W(F) = \bar W(\bar\lambda_a)$.
@@ -24,9 +25,9 @@ pub struct PrincipalStretches<E>(pub E);
 struct Stretches {
     values: [f64; 3],
     /// Columns u_a.
-    left: Matrix3<f64>,
+    left: Mat3,
     /// Columns v_a.
-    right: Matrix3<f64>,
+    right: Mat3,
     /// ln λ_a.
     logarithms: [f64; 3],
 }
@@ -34,13 +35,13 @@ struct Stretches {
 impl Stretches {
     /// One-sided Jacobi rotations: columns of F V made orthogonal, with high relative accuracy in small
     /// stretches too and no trouble with equal ones, which a decomposition of FᵀF would have.
-    fn new(f: &Matrix3<f64>) -> Option<Self> {
+    fn new(f: &Mat3) -> Option<Self> {
         let j = f.determinant();
         if j.is_nan() || j <= 0.0 || !f.iter().all(|component| component.is_finite()) {
             return None;
         }
         let mut left = *f;
-        let mut right = Matrix3::identity();
+        let mut right = Mat3::identity();
         // Convergence is quadratic and takes four or five sweeps; the bound only ends a loop that
         // round-off keeps alive.
         for _ in 0..12 {
@@ -81,9 +82,9 @@ impl Stretches {
     }
 
     /// $P$ of the principal Kirchhoff stresses $t_a$.
-    fn stress(&self, t: &Vector3<f64>) -> Matrix3<f64> {
-        let scaled = Vector3::from_fn(|a, _| t[a] / self.values[a]);
-        self.left * Matrix3::from_diagonal(&scaled) * self.right.transpose()
+    fn stress(&self, t: &Vec3) -> Mat3 {
+        let scaled = Vec3::from_fn(|a, _| t[a] / self.values[a]);
+        self.left * Mat3::from_diagonal(&scaled) * self.right.transpose()
     }
 }
 
@@ -118,12 +119,7 @@ fn divided_difference(energy: &impl PrincipalEnergy, at: &Principal, logarithms:
 }
 
 /// The tangent of principal Kirchhoff stresses `t` with derivatives `slope` by $\ln\lambda_b$, $D$ of each pair given.
-fn tangent(
-    stretches: &Stretches,
-    t: &Vector3<f64>,
-    slope: &Matrix3<f64>,
-    divided: impl Fn(usize, usize) -> f64,
-) -> Tangent {
+fn tangent(stretches: &Stretches, t: &Vec3, slope: &Mat3, divided: impl Fn(usize, usize) -> f64) -> Tangent {
     let Stretches { values: lambda, left, right, logarithms } = stretches;
     // In the basis u_a ⊗ v_b, at row and column 3a + b.
     let mut principal = Tangent::zeros();
@@ -158,7 +154,7 @@ fn tangent(
 }
 
 /// Takes the means off a gradient, the chain rule of $\ln\bar\lambda_a = \ln\lambda_a - \text{mean}$.
-fn without_mean(gradient: &Vector3<f64>) -> Vector3<f64> {
+fn without_mean(gradient: &Vec3) -> Vec3 {
     gradient.add_scalar(-gradient.mean())
 }
 
@@ -167,11 +163,11 @@ fn logarithms(stretches: &Stretches, shape: bool) -> [f64; 3] {
     if shape { stretches.reduced() } else { stretches.logarithms }
 }
 
-fn energy(of: &impl PrincipalEnergy, f: &Matrix3<f64>, shape: bool) -> f64 {
+fn energy(of: &impl PrincipalEnergy, f: &Mat3, shape: bool) -> f64 {
     Stretches::new(f).map_or(f64::NAN, |stretches| of.evaluate(logarithms(&stretches, shape)).energy)
 }
 
-fn response(of: &impl PrincipalEnergy, f: &Matrix3<f64>, shape: bool) -> Response {
+fn response(of: &impl PrincipalEnergy, f: &Mat3, shape: bool) -> Response {
     let Some(stretches) = Stretches::new(f) else {
         return Response::undefined();
     };
@@ -196,7 +192,7 @@ fn response(of: &impl PrincipalEnergy, f: &Matrix3<f64>, shape: bool) -> Respons
 /// Some components; the stress alone where no tangent is asked for.
 fn respond(
     of: &impl PrincipalEnergy,
-    f: &Matrix3<f64>,
+    f: &Mat3,
     shape: bool,
     components: &[usize],
     stress: &mut [f64],
@@ -205,7 +201,7 @@ fn respond(
     if !tangent.is_empty() {
         return response(of, f, shape).select(components, stress, tangent);
     }
-    let whole = Stretches::new(f).map_or(Matrix3::repeat(f64::NAN), |stretches| {
+    let whole = Stretches::new(f).map_or(Mat3::repeat(f64::NAN), |stretches| {
         let t = of.evaluate(logarithms(&stretches, shape)).gradient;
         stretches.stress(&if shape { without_mean(&t) } else { t })
     });
@@ -215,15 +211,15 @@ fn respond(
 }
 
 impl<E: PrincipalEnergy> Material for PrincipalStretches<E> {
-    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
+    fn energy_from(&self, f: &Mat3, _: Past<'_>) -> f64 {
         energy(&self.0, f, true)
     }
 
-    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
+    fn response_from(&self, f: &Mat3, _: Past<'_>) -> Response {
         response(&self.0, f, true)
     }
 
-    fn respond(&self, f: &Matrix3<f64>, _: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+    fn respond(&self, f: &Mat3, _: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
         respond(&self.0, f, true, components, stress, tangent);
     }
 }
@@ -245,15 +241,15 @@ impl<E: PrincipalEnergy> Material for PrincipalStretches<E> {
 pub struct TotalStretches<E>(pub E);
 
 impl<E: PrincipalEnergy> Material for TotalStretches<E> {
-    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
+    fn energy_from(&self, f: &Mat3, _: Past<'_>) -> f64 {
         energy(&self.0, f, false)
     }
 
-    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
+    fn response_from(&self, f: &Mat3, _: Past<'_>) -> Response {
         response(&self.0, f, false)
     }
 
-    fn respond(&self, f: &Matrix3<f64>, _: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+    fn respond(&self, f: &Mat3, _: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
         respond(&self.0, f, false, components, stress, tangent);
     }
 }

@@ -1,8 +1,7 @@
 //! Stability of a free surface.
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::{Material, Past};
+use crate::geometry::{Mat3, Vec3};
 
 /// Whether the free surface of an incompressible body is stable under waves along a principal direction: above 0 where it is, 0 at
 /// Biot's limit.
@@ -31,7 +30,7 @@ pub fn surface_stability(material: &dyn Material, along: f64, across: f64) -> f6
         3 * i + j
     }
     let normal = 1.0 / (along * across);
-    let f = Matrix3::from_diagonal(&Vector3::new(along, normal, across));
+    let f = Mat3::from_diagonal(&Vec3::new(along, normal, across));
     let memory = material.rest();
     let tangent = material.response_from(&f, Past { memory: &memory, elapsed: 0.0 }).tangent;
     let alpha = along * along * tangent[(at(1, 0), at(1, 0))];

@@ -1,9 +1,10 @@
 //! Sheets in plane stress: the thickness settles at each point.
 
-use nalgebra::{Matrix3, SMatrix};
+use nalgebra::SMatrix;
 
 use super::homogeneous::root;
 use super::{Material, Past, Response, VolumetricEnergy};
+use crate::geometry::Mat3;
 use crate::tensor::{cofactor, determinant_hessian};
 
 /// The component 33.
@@ -18,13 +19,13 @@ const THICKNESS: usize = 8;
 pub(crate) struct FreeThickness<M>(pub M);
 
 /// In-plane components of a deformation gradient with a thickness stretch.
-fn sheet(f: &Matrix3<f64>, thickness: f64) -> Matrix3<f64> {
-    Matrix3::new(f.m11, f.m12, 0.0, f.m21, f.m22, 0.0, 0.0, 0.0, thickness)
+fn sheet(f: &Mat3, thickness: f64) -> Mat3 {
+    Mat3::new(f.m11, f.m12, 0.0, f.m21, f.m22, 0.0, 0.0, 0.0, thickness)
 }
 
 impl<M: Material> FreeThickness<M> {
     /// The deformation gradient with the thickness at which a law has no stress across; `None` where there is none.
-    fn settle(&self, f: &Matrix3<f64>, past: Past<'_>) -> Option<Matrix3<f64>> {
+    fn settle(&self, f: &Mat3, past: Past<'_>) -> Option<Mat3> {
         let area = f.m11 * f.m22 - f.m12 * f.m21;
         if !(area > 0.0 && area.is_finite()) {
             return None;
@@ -49,18 +50,18 @@ impl<M: Material> Material for FreeThickness<M> {
         Some(&self.0)
     }
 
-    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+    fn energy_from(&self, f: &Mat3, past: Past<'_>) -> f64 {
         let Some(f) = self.settle(f, past) else { return f64::NAN };
         let volumetric = self.0.volumetric().map_or(0.0, |volumetric| volumetric.evaluate(f.determinant()).energy);
         self.0.energy_from(&f, past) + volumetric
     }
 
-    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+    fn response_from(&self, f: &Mat3, past: Past<'_>) -> Response {
         Response::of_components(|of, stress, tangent| self.respond(f, past, of, stress, tangent))
     }
 
     /// The condensed stress and tangent.
-    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+    fn respond(&self, f: &Mat3, past: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
         let n = components.len();
         let Some(f) = self.settle(f, past) else {
             stress[..n].fill(f64::NAN);
@@ -117,11 +118,11 @@ impl<M: Material> Material for FreeThickness<M> {
         None
     }
 
-    fn settled(&self, f: &Matrix3<f64>, past: Past<'_>) -> Matrix3<f64> {
-        self.settle(f, past).unwrap_or_else(|| Matrix3::repeat(f64::NAN))
+    fn settled(&self, f: &Mat3, past: Past<'_>) -> Mat3 {
+        self.settle(f, past).unwrap_or_else(|| Mat3::repeat(f64::NAN))
     }
 
-    fn remember(&self, f: &Matrix3<f64>, past: Past<'_>, next: &mut [f64]) {
+    fn remember(&self, f: &Mat3, past: Past<'_>, next: &mut [f64]) {
         self.0.remember(&self.settled(f, past), past, next);
     }
 }

@@ -2,11 +2,12 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use nalgebra::{Matrix3, SVector};
+use nalgebra::SVector;
 
 use super::{ALL, Material, Past, Response};
 use crate::each::Each;
 use crate::error::{Invalid, MaterialError};
+use crate::geometry::Mat3;
 use crate::tensor::{cofactor, determinant_hessian, inverse};
 
 /// A Prony series of relaxation, $G(t) = G_0\Big(1 - \sum_ig_i\big(1 - e^{-t/\tau_i}\big)\Big) =
@@ -147,12 +148,12 @@ impl<M: Material> Viscoelastic<M> {
     }
 
     /// $\bar S = J^{2/3}F^{-1}\bar P$, the stress of the elastic law seen by the material.
-    fn seen(&self, f: &Matrix3<f64>, inner: Past<'_>) -> Symmetric {
+    fn seen(&self, f: &Mat3, inner: Past<'_>) -> Symmetric {
         let Some(inverse) = inverse(f) else { return Symmetric::repeat(f64::NAN) };
         let scale = if self.is_isochoric() { f.determinant().powf(2.0 / 3.0) } else { 1.0 };
         let mut stress = [0.0; 9];
         self.material.respond(f, inner, &ALL, &mut stress, &mut []);
-        let s = inverse * Matrix3::from_row_slice(&stress) * scale;
+        let s = inverse * Mat3::from_row_slice(&stress) * scale;
         Symmetric::new(s.m11, s.m22, s.m33, 0.5 * (s.m23 + s.m32), 0.5 * (s.m13 + s.m31), 0.5 * (s.m12 + s.m21))
     }
 }
@@ -164,8 +165,8 @@ fn symmetric(components: &[f64]) -> Symmetric {
     Symmetric::from_column_slice(&components[..6])
 }
 
-fn matrix(s: &Symmetric) -> Matrix3<f64> {
-    Matrix3::new(s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2])
+fn matrix(s: &Symmetric) -> Mat3 {
+    Mat3::new(s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2])
 }
 
 /// The square of the Frobenius norm.
@@ -193,7 +194,7 @@ impl<M: Material> Material for Viscoelastic<M> {
         Some(&self.material)
     }
 
-    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+    fn energy_from(&self, f: &Mat3, past: Past<'_>) -> f64 {
         let (own, inner) = past.split(self.own());
         let (factor, held) = self.step(own, past.elapsed);
         let scale = if self.is_isochoric() { f.determinant().powf(-2.0 / 3.0) } else { 1.0 };
@@ -202,11 +203,11 @@ impl<M: Material> Material for Viscoelastic<M> {
         factor * self.material.energy_from(f, inner) + 0.5 * work
     }
 
-    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+    fn response_from(&self, f: &Mat3, past: Past<'_>) -> Response {
         Response::of_components(|of, stress, tangent| self.respond(f, past, of, stress, tangent))
     }
 
-    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+    fn respond(&self, f: &Mat3, past: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
         let (own, inner) = past.split(self.own());
         let isochoric = self.is_isochoric();
         let (factor, held) = self.step(own, past.elapsed);
@@ -222,7 +223,7 @@ impl<M: Material> Material for Viscoelastic<M> {
             let c = if j > 0.0 { j.powf(-2.0 / 3.0) } else { f64::NAN };
             (c, cofactor(f) / j, (f.transpose() * pushed).trace())
         } else {
-            (1.0, Matrix3::zeros(), 0.0)
+            (1.0, Mat3::zeros(), 0.0)
         };
         for (a, &row) in components.iter().enumerate() {
             let (i, k) = (row / 3, row % 3);
@@ -252,7 +253,7 @@ impl<M: Material> Material for Viscoelastic<M> {
         self.material.start(&mut memory[self.own()..]);
     }
 
-    fn settled(&self, f: &Matrix3<f64>, past: Past<'_>) -> Matrix3<f64> {
+    fn settled(&self, f: &Mat3, past: Past<'_>) -> Mat3 {
         self.material.settled(f, past.split(self.own()).1)
     }
 
@@ -260,7 +261,7 @@ impl<M: Material> Material for Viscoelastic<M> {
         Some(&self.prony)
     }
 
-    fn remember(&self, f: &Matrix3<f64>, past: Past<'_>, next: &mut [f64]) {
+    fn remember(&self, f: &Mat3, past: Past<'_>, next: &mut [f64]) {
         let (own, inner) = past.split(self.own());
         let (next, next_of_inner) = next.split_at_mut(own.len());
         let (last, seen) = (symmetric(own), self.seen(f, inner));

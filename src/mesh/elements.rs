@@ -1,9 +1,7 @@
 //! Elements of one dimension, flat.
 
-use nalgebra::Vector3;
-
 use crate::each::Each;
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point, Vec3, padded};
 
 use super::shape::CellShape;
 
@@ -79,11 +77,11 @@ impl Elements {
 const TWO: [f64; 2] = [0.211_324_865_405_187_13, 0.788_675_134_594_812_9];
 
 /// A point of a face and $n\\,\mathrm dA$ there.
-type FacePoint = (Vector3<f64>, Vector3<f64>);
+type FacePoint = (Vec3, Vec3);
 
 /// Points and $n\\,\mathrm dA$ on a triangle or a bilinear quadrangle in space, exact for $\oint x\cdot n$.
-pub(crate) fn surface(x: &[Vector3<f64>]) -> ([FacePoint; 4], usize) {
-    let mut points = [(Vector3::zeros(), Vector3::zeros()); 4];
+pub(crate) fn surface(x: &[Vec3]) -> ([FacePoint; 4], usize) {
+    let mut points = [(Vec3::zeros(), Vec3::zeros()); 4];
     if let [a, b, c] = x {
         points[0] = ((a + b + c) / 3.0, (b - a).cross(&(c - a)) * 0.5);
         return (points, 1);
@@ -100,12 +98,12 @@ pub(crate) fn surface(x: &[Vector3<f64>]) -> ([FacePoint; 4], usize) {
 
 /// Length, area or volume of an element \[length^k\]; a point counts as one. Plane cells and volumes have a sign.
 pub(crate) fn measure<const D: usize>(shape: CellShape, corners: &[u32], points: &[Point<D>]) -> f64 {
-    let mut x = [Vector3::zeros(); 8];
+    let mut x = [Vec3::zeros(); 8];
     for (x, &corner) in x.iter_mut().zip(corners) {
         *x = padded(&points[corner as usize]);
     }
     let x = &x[..corners.len()];
-    let facing = |x: &[Vector3<f64>]| {
+    let facing = |x: &[Vec3]| {
         let (points, count) = surface(x);
         let areas = points[..count].iter().map(|p| p.1);
         if D == 2 { areas.map(|a| a[2]).sum() } else { areas.map(|a| a.norm()).sum() }
@@ -118,7 +116,7 @@ pub(crate) fn measure<const D: usize>(shape: CellShape, corners: &[u32], points:
         _ => {
             // From a corner of the cell: about a distant origin the fluxes would cancel.
             let flux = |face: &&[usize]| -> f64 {
-                let mut corners = [Vector3::zeros(); 4];
+                let mut corners = [Vec3::zeros(); 4];
                 for (to, &k) in corners.iter_mut().zip(*face) {
                     *to = x[k] - x[0];
                 }

@@ -259,6 +259,7 @@ impl<const D: usize> Mesh<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Vec3;
     use approx::{assert_abs_diff_eq, assert_relative_eq, relative_eq};
 
     #[test]
@@ -277,7 +278,7 @@ mod tests {
             [0.0, 1.0, 0.9],
         ];
         let check = |shape: CellShape, points: &[[f64; 3]]| {
-            let points: Vec<Point<3>> = points.iter().map(|x| (*x).into()).collect();
+            let points: Vec<Vec3> = points.iter().map(|x| (*x).into()).collect();
             let corners: Vec<usize> = (0..points.len()).collect();
             let face: Vec<usize> = shape.faces()[0].to_vec();
             let face_shape = if face.len() == 3 { CellShape::Triangle } else { CellShape::Quadrangle };

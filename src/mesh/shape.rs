@@ -139,11 +139,12 @@ pub(crate) fn spanned<const D: usize>(vectors: &[Point<D>]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Vec3;
 
     const SOLIDS: [CellShape; 3] = [CellShape::Tetrahedron, CellShape::Hexahedron, CellShape::Prism];
 
-    fn corners(shape: CellShape) -> Vec<Point<3>> {
-        let at = |x: &[[f64; 3]]| x.iter().map(|x| Point::<3>::from(*x)).collect();
+    fn corners(shape: CellShape) -> Vec<Vec3> {
+        let at = |x: &[[f64; 3]]| x.iter().map(|x| Vec3::from(*x)).collect();
         match shape {
             CellShape::Tetrahedron => at(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
             CellShape::Prism => {
@@ -166,9 +167,9 @@ mod tests {
     fn neighbours_are_right_handed_and_faces_point_outward() {
         for shape in SOLIDS {
             let x = corners(shape);
-            let centre = x.iter().sum::<Point<3>>() / x.len() as f64;
+            let centre = x.iter().sum::<Vec3>() / x.len() as f64;
             for (corner, around) in shape.neighbours().iter().enumerate() {
-                let ways: Vec<Point<3>> = around.iter().map(|&n| x[n] - x[corner]).collect();
+                let ways: Vec<Vec3> = around.iter().map(|&n| x[n] - x[corner]).collect();
                 assert!(spanned(&ways) > 0.0, "{shape:?} {corner}");
                 for &other in *around {
                     let ends = [corner.min(other), corner.max(other)];
@@ -179,9 +180,9 @@ mod tests {
                 let [a, b, c] = [0, 1, 2].map(|k| x[face[k]]);
                 assert!((b - a).cross(&(c - a)).dot(&(a - centre)) > 0.0, "{shape:?} {face:?}");
             }
-            let mirrored: Vec<Point<3>> = shape.mirrored().iter().map(|&k| x[k]).collect();
+            let mirrored: Vec<Vec3> = shape.mirrored().iter().map(|&k| x[k]).collect();
             for (corner, around) in shape.neighbours().iter().enumerate() {
-                let ways: Vec<Point<3>> = around.iter().map(|&n| mirrored[n] - mirrored[corner]).collect();
+                let ways: Vec<Vec3> = around.iter().map(|&n| mirrored[n] - mirrored[corner]).collect();
                 assert!(spanned(&ways) < 0.0, "{shape:?} {corner}");
             }
         }

@@ -139,14 +139,14 @@ impl<const D: usize> BoxTree<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Vec2;
 
-    fn scattered(count: usize) -> Vec<Point<2>> {
+    fn scattered(count: usize) -> Vec<Vec2> {
         let mut random = fastrand::Rng::with_seed(5);
-        let mut points: Vec<Point<2>> =
-            (0..count).map(|_| Point::<2>::new(random.f64().powi(3) * 9.0, random.f64())).collect();
+        let mut points: Vec<Vec2> = (0..count).map(|_| Vec2::new(random.f64().powi(3) * 9.0, random.f64())).collect();
         // Points in a row, at one place and far away are points like others.
-        points.extend((0..20).map(|k| Point::<2>::new(f64::from(k), 0.5)));
-        points.extend([Point::<2>::new(2.0, 0.5), Point::<2>::new(1e6, 1e6)]);
+        points.extend((0..20).map(|k| Vec2::new(f64::from(k), 0.5)));
+        points.extend([Vec2::new(2.0, 0.5), Vec2::new(1e6, 1e6)]);
         points
     }
 
@@ -179,7 +179,7 @@ mod tests {
     fn a_far_point_costs_no_more_than_others() {
         let mut points = scattered(20_000);
         let mut looked_at = |first: f64| -> usize {
-            points[0] = Point::<2>::repeat(first);
+            points[0] = Vec2::repeat(first);
             let tree = BoxTree::of(&points);
             let mut count = 0;
             for x in &points {

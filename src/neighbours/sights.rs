@@ -246,7 +246,8 @@ fn keep_unreached<const D: usize>(
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Rotation3, Vector3};
+    use crate::geometry::Vec3;
+    use nalgebra::Rotation3;
 
     use super::super::search::Search;
     use super::super::visibility::MARGIN;
@@ -270,7 +271,7 @@ mod tests {
             [middle + left, 1.0],
             [0.0, 1.0],
         ];
-        let points = |z: f64| outline.iter().map(move |x| Point::<3>::new(x[0], x[1], z));
+        let points = |z: f64| outline.iter().map(move |x| Vec3::new(x[0], x[1], z));
         let quads = [[0, 5, 6, 7], [1, 2, 3, 4], [0, 1, 4, 5]];
         let cells = quads.iter().flat_map(|quad| quad.iter().copied().chain(quad.iter().map(|corner| corner + 8)));
         let points = points(0.0).chain(points(0.3)).collect();
@@ -279,7 +280,7 @@ mod tests {
 
     /// Compares what points see with a search for each of them; how many pairs are not seen and seen, how many points are
     /// located, and how many cells floods and searches visit.
-    fn compared(cells: &CutLattice, points: &[Point<3>]) -> [usize; 5] {
+    fn compared(cells: &CutLattice, points: &[Vec3]) -> [usize; 5] {
         let connections = cells.connections().unwrap();
         let all = connections.cells();
         let (mut sights, mut search, mut start) = (Sights::<3>::default(), Search::default(), Vec::new());
@@ -317,7 +318,7 @@ mod tests {
         let mut sums = [0; 5];
         for count in 0..6 {
             let solid = slotted(&mut draw);
-            let turn = Vector3::from_fn(|_, _| draw(-1.0, 1.0)) * f64::from(count % 2);
+            let turn = Vec3::from_fn(|_, _| draw(-1.0, 1.0)) * f64::from(count % 2);
             let axes = *Rotation3::from_scaled_axis(turn).matrix();
             let cells = match count {
                 0..4 => CutLattice::with_axes(&solid, draw(0.07, 0.13), axes),
@@ -326,7 +327,7 @@ mod tests {
             let cells = cells.unwrap();
             let smoothing = cells.smoothing(2, 2, &cells.zones(2)).unwrap();
             // On faces between cells, on the surface, and inside.
-            let mut points: Vec<Point<3>> = smoothing.facet_points.iter().copied().step_by(7).collect();
+            let mut points: Vec<Vec3> = smoothing.facet_points.iter().copied().step_by(7).collect();
             points.extend(&cells.gauss(2).unwrap().positions);
             let counts = compared(&cells, &points);
             (0..5).for_each(|k| sums[k] += counts[k]);

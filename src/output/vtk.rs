@@ -6,7 +6,8 @@
 use super::{escaped, write_file};
 use crate::each::{Each, EachOf, array_of, list_of};
 use crate::error::OutputError;
-use nalgebra::{Matrix3, SVector};
+use crate::geometry::Mat3;
+use nalgebra::SVector;
 use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -147,9 +148,9 @@ impl VtkField {
     }
 
     /// A tensor field: deformation gradients, stresses.
-    pub fn tensors(name: impl Into<String>, values: &[Matrix3<f64>]) -> Self {
+    pub fn tensors(name: impl Into<String>, values: &[Mat3]) -> Self {
         // nalgebra stores columns and VTK wants rows.
-        let rows = |m: &Matrix3<f64>| array_of(|k| m[(k / 3, k % 3)]);
+        let rows = |m: &Mat3| array_of(|k| m[(k / 3, k % 3)]);
         Self { name: name.into(), values: VtkValues::Tensors(values.mapped(rows)) }
     }
 }

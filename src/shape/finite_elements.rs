@@ -448,6 +448,7 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
 mod tests {
     use super::*;
     use crate::cells::Layout;
+    use crate::geometry::Vec2;
     use crate::geometry::{Block, Mapped};
     use approx::assert_abs_diff_eq;
 
@@ -456,25 +457,25 @@ mod tests {
         let lattice = Block::new([0.0, 0.0], [2.0, 1.0]).lattice([5, 5]).unwrap();
         for order in [1, 2] {
             let elements = FiniteElements::new(lattice.clone(), order).unwrap();
-            let psi = elements.shape_functions(&Point::<2>::new(0.77, 0.31)).unwrap();
-            let field = |x: &Point<2>| if order == 1 { x[0] * x[1] } else { x[0] * x[0] * x[1] };
+            let psi = elements.shape_functions(&Vec2::new(0.77, 0.31)).unwrap();
+            let field = |x: &Vec2| if order == 1 { x[0] * x[1] } else { x[0] * x[0] * x[1] };
             let value: f64 =
                 psi.nodes.iter().zip(&psi.values).map(|(&n, v)| v * field(&elements.nodes()[n as usize])).sum();
-            assert_abs_diff_eq!(value, field(&Point::<2>::new(0.77, 0.31)), epsilon = 1e-14);
+            assert_abs_diff_eq!(value, field(&Vec2::new(0.77, 0.31)), epsilon = 1e-14);
             let slope: f64 =
                 psi.nodes.iter().zip(&psi.gradients).map(|(&n, g)| g[0] * field(&elements.nodes()[n as usize])).sum();
             let exact = if order == 1 { 0.31 } else { 2.0 * 0.77 * 0.31 };
             assert_abs_diff_eq!(slope, exact, epsilon = 1e-13);
-            assert!(elements.shape_functions(&Point::<2>::new(2.5, 0.3)).is_err());
+            assert!(elements.shape_functions(&Vec2::new(2.5, 0.3)).is_err());
         }
     }
 
     /// Points of a circle that the chords or parabolas of elements leave outside move as the polynomials of the nearest element say.
     #[test]
     fn elements_go_on_to_the_curve_that_they_follow() {
-        let ring = Mapped(|unit: &Point<2>| {
+        let ring = Mapped(|unit: &Vec2| {
             let (radius, angle) = (1.0 + unit[0], std::f64::consts::FRAC_PI_2 * unit[1]);
-            Point::<2>::new(radius * angle.cos(), radius * angle.sin())
+            Vec2::new(radius * angle.cos(), radius * angle.sin())
         });
         for order in [1, 2] {
             let lattice = Lattice::new(&ring, [5, 9], &Layout::Regular).unwrap();
@@ -482,15 +483,15 @@ mod tests {
             let (mut psi, mut beyond) = (ShapeFunctions::default(), 0);
             for k in 0..=40 {
                 let angle = std::f64::consts::FRAC_PI_2 * k as f64 / 40.0;
-                let at = Point::<2>::new(2.0 * angle.cos(), 2.0 * angle.sin());
+                let at = Vec2::new(2.0 * angle.cos(), 2.0 * angle.sin());
                 elements.evaluate(&at, &mut Scratch::default(), &mut psi).unwrap();
                 // Linear fields are reproduced there as anywhere.
                 let sum = psi.nodes.iter().zip(&psi.values).map(|(&n, v)| elements.nodes()[n as usize] * *v);
-                assert_abs_diff_eq!(sum.sum::<Point<2>>(), at, epsilon = 1e-9);
+                assert_abs_diff_eq!(sum.sum::<Vec2>(), at, epsilon = 1e-9);
                 beyond += usize::from(psi.values.iter().any(|v| *v < -1e-6));
             }
             assert!(beyond > 5, "{beyond}");
-            assert!(elements.evaluate(&Point::<2>::new(2.1, 0.1), &mut Scratch::default(), &mut psi).is_err());
+            assert!(elements.evaluate(&Vec2::new(2.1, 0.1), &mut Scratch::default(), &mut psi).is_err());
         }
     }
 }

@@ -10,7 +10,7 @@ pub use reproducing::ReproducingKernel;
 use std::any::Any;
 
 use crate::error::ApproximationError;
-use crate::geometry::Point;
+use crate::geometry::{Point, Vec3};
 
 /// Shape functions at one point, in the caller's buffers.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -27,7 +27,7 @@ pub struct ShapeFunctions<const D: usize> {
 
 impl<const D: usize> ShapeFunctions<D> {
     /// $\sum_I\Psi_I d_I$ for coefficients of so many components, padded by zeros.
-    pub(crate) fn weighted(&self, dim: usize, coefficients: &[f64]) -> Point<3> {
+    pub(crate) fn weighted(&self, dim: usize, coefficients: &[f64]) -> Vec3 {
         let mut sum = Point::zeros();
         for (&node, &value) in self.nodes.iter().zip(&self.values) {
             for i in 0..dim {

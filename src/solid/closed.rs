@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::each::{Each, EachOf, IntoEach};
 use crate::error::{GeometryError, Invalid, SolidError};
-use crate::geometry::{Block, Point};
+use crate::geometry::{Block, Point, Vec3};
 use crate::mesh::Mesh;
 
 use super::crossing::first_crossing;
@@ -41,9 +41,9 @@ const MOST: usize = 1 << 30;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Solid3 {
-    pub(super) vertices: Vec<Point<3>>,
+    pub(super) vertices: Vec<Vec3>,
     pub(super) facets: Vec<[u32; 3]>,
-    pub(super) normals: Vec<Point<3>>,
+    pub(super) normals: Vec<Vec3>,
     pub(super) tree: Tree,
     parts: Vec<(String, Vec<u32>)>,
     bounds: Block<3>,
@@ -57,7 +57,7 @@ pub struct Closest {
     /// The facet that it lies on, the first where several are as near.
     pub facet: usize,
     /// The point.
-    pub point: Point<3>,
+    pub point: Vec3,
     /// How far it is \[length\].
     pub distance: f64,
 }
@@ -68,7 +68,7 @@ impl Solid3 {
     /// # Errors
     /// [`GeometryError::Solid`] where the surface is empty, open, one-sided, crosses itself, or has walls within the solid, each
     /// with the place; [`GeometryError::Invalid`] for coordinates that are not finite.
-    pub fn new(vertices: Vec<Point<3>>, facets: Vec<[u32; 3]>) -> Result<Self, GeometryError> {
+    pub fn new(vertices: Vec<Vec3>, facets: Vec<[u32; 3]>) -> Result<Self, GeometryError> {
         Ok(Self::closed(&vertices, &facets, SAME)?.0)
     }
 
@@ -119,7 +119,7 @@ impl Solid3 {
 
     /// The solid within facets that may have names.
     pub(super) fn named_by<'a>(
-        vertices: &[Point<3>],
+        vertices: &[Vec3],
         facets: &[[u32; 3]],
         same: f64,
         name: impl Fn(usize) -> Option<&'a str>,
@@ -134,7 +134,7 @@ impl Solid3 {
     }
 
     /// The solid, and for each of its facets the one given that it comes from.
-    fn closed(vertices: &[Point<3>], facets: &[[u32; 3]], same: f64) -> Result<(Self, Vec<u32>), GeometryError> {
+    fn closed(vertices: &[Vec3], facets: &[[u32; 3]], same: f64) -> Result<(Self, Vec<u32>), GeometryError> {
         let largest = checked(vertices, facets)?;
         let tolerance = same * largest;
         let (vertices, mut facets) = weld(vertices, facets, tolerance);
@@ -220,8 +220,8 @@ impl Solid3 {
     }
 
     /// Normals, tree, area and volume of facets that face outwards.
-    pub(super) fn measured(vertices: Vec<Point<3>>, facets: Vec<[u32; 3]>) -> Self {
-        let (mut low, mut high) = (Point::<3>::repeat(f64::INFINITY), Point::<3>::repeat(f64::NEG_INFINITY));
+    pub(super) fn measured(vertices: Vec<Vec3>, facets: Vec<[u32; 3]>) -> Self {
+        let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
         for &vertex in facets.iter().flatten() {
             (low, high) = (low.inf(&vertices[vertex as usize]), high.sup(&vertices[vertex as usize]));
         }
@@ -268,7 +268,7 @@ impl Solid3 {
     }
 
     /// Positions of the vertices \[length\].
-    pub fn vertices(&self) -> &[Point<3>] {
+    pub fn vertices(&self) -> &[Vec3] {
         &self.vertices
     }
 
@@ -278,7 +278,7 @@ impl Solid3 {
     }
 
     /// The outward unit normal of each facet.
-    pub fn normals(&self) -> &[Point<3>] {
+    pub fn normals(&self) -> &[Vec3] {
         &self.normals
     }
 
@@ -286,12 +286,12 @@ impl Solid3 {
     ///
     /// # Panics
     /// For a facet beyond the last.
-    pub fn corners(&self, facet: usize) -> [Point<3>; 3] {
+    pub fn corners(&self, facet: usize) -> [Vec3; 3] {
         self.facets[facet].each(|vertex| self.vertices[vertex as usize])
     }
 
-    pub(super) fn centre(&self, facet: usize) -> Point<3> {
-        self.corners(facet).iter().sum::<Point<3>>() / 3.0
+    pub(super) fn centre(&self, facet: usize) -> Vec3 {
+        self.corners(facet).iter().sum::<Vec3>() / 3.0
     }
 
     /// The volume enclosed \[length³\].
@@ -313,18 +313,18 @@ impl Solid3 {
     ///
     /// $w(x) = \frac1{4\pi}\int_{\partial\Omega} \frac{n\cdot(y-x)}{|y-x|^3}\mathrm dA_y$; far facets count by their moments
     /// (Barill et al. 2018).
-    pub fn winding_number(&self, x: &Point<3>) -> f64 {
+    pub fn winding_number(&self, x: &Vec3) -> f64 {
         self.tree.winding_number(x)
     }
 
     /// Whether a point is inside: its winding number is above a half.
-    pub fn contains(&self, x: &Point<3>) -> bool {
+    pub fn contains(&self, x: &Vec3) -> bool {
         let Block { min, max } = &self.bounds;
         (0..3).all(|i| x[i] >= min[i] && x[i] <= max[i]) && self.winding_number(x) > 0.5
     }
 
     /// The nearest point of the surface.
-    pub fn closest(&self, x: &Point<3>) -> Closest {
+    pub fn closest(&self, x: &Vec3) -> Closest {
         // A solid has facets.
         let (facet, point, distance) = self.tree.closest(x).unwrap_or((0, *x, f64::NAN));
         Closest { facet: facet as usize, point, distance }
@@ -332,13 +332,13 @@ impl Solid3 {
 }
 
 /// Twice a facet's area along its normal.
-fn normal(vertices: &[Point<3>], facet: [u32; 3]) -> Point<3> {
+fn normal(vertices: &[Vec3], facet: [u32; 3]) -> Vec3 {
     let [a, b, c] = facet.each(|vertex| vertices[vertex as usize]);
     (b - a).cross(&(c - a))
 }
 
 /// The largest coordinate of vertices in use; refuses what can't be computed with.
-pub(super) fn checked(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Result<f64, GeometryError> {
+pub(super) fn checked(vertices: &[Vec3], facets: &[[u32; 3]]) -> Result<f64, GeometryError> {
     ensure!(
         !facets.is_empty(),
         SolidError::Empty { what: "the surface has no facets", remedy: "give a closed surface" }
@@ -348,7 +348,7 @@ pub(super) fn checked(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Result<f64,
         GeometryError::Count { what: "facets", count: facets.len(), needed: "up to 2^30 are possible" }
     );
     let mut largest = 0.0f64;
-    let (mut low, mut high) = (Point::<3>::repeat(f64::INFINITY), Point::<3>::repeat(f64::NEG_INFINITY));
+    let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
     for (facet, corners) in facets.iter().enumerate() {
         for &vertex in corners {
             let dangling = SolidError::DanglingVertex { facet, vertex, count: vertices.len() };

@@ -8,7 +8,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use crate::each::{Each, EachOf, array_of, list_of, point_of};
 use crate::error::{GeometryError, SolidError};
-use crate::geometry::{Block, Point};
+use crate::geometry::{Block, Vec3};
 use crate::parallel::map_with;
 
 use super::closed::{SAME, Solid3};
@@ -30,7 +30,7 @@ const BEFORE: [f64; 3] = [0.618_034, 0.569_840, 0.682_328];
 
 /// The grid and which of its points are inside.
 pub(super) struct Grid {
-    low: Point<3>,
+    low: Vec3,
     pub h: f64,
     counts: [usize; 3],
     inside: Vec<bool>,
@@ -105,7 +105,7 @@ impl Grid {
         [point % self.counts[0], point / self.counts[0] % self.counts[1], point / (self.counts[0] * self.counts[1])]
     }
 
-    fn at(&self, point: usize) -> Point<3> {
+    fn at(&self, point: usize) -> Vec3 {
         let index = self.index(point);
         point_of::<3>(|i| self.low[i] + index[i] as f64 * self.h)
     }
@@ -250,7 +250,7 @@ fn link(grid: &Grid, crossed: &mut [Crossed]) -> Vec<Sheet> {
                 (0..8).filter(|&corner| grid.inside[cell + shift[corner]]).map(|corner| 1 << corner).sum::<usize>();
             let (sheet, count) = &table[inside];
             let first = *cells.entry(cell).or_insert_with(|| {
-                let middle = grid.at(cell) + Point::<3>::repeat(0.5 * grid.h);
+                let middle = grid.at(cell) + Vec3::repeat(0.5 * grid.h);
                 list.extend((0..*count).map(|_| Sheet::new(middle)));
                 list.len() as u32 - u32::from(*count)
             });
@@ -293,13 +293,13 @@ pub(super) fn contour(node: &Node, bounds: &Block<3>, h: f64) -> Result<Solid3, 
 }
 
 /// Two triangles for each crossed edge, and the surfaces that they are of.
-fn triangles(program: &Program, crossed: &[Crossed], vertices: &[Point<3>]) -> (Vec<[u32; 3]>, Vec<u32>) {
+fn triangles(program: &Program, crossed: &[Crossed], vertices: &[Vec3]) -> (Vec<[u32; 3]>, Vec<u32>) {
     let mut facets = Vec::with_capacity(2 * crossed.len());
     let mut surfaces = Vec::with_capacity(2 * crossed.len());
     for crossing in crossed {
         let quad = crossing.outward();
         let x = quad.each(|vertex| vertices[vertex as usize]);
-        let centre = x.iter().sum::<Point<3>>() * 0.25;
+        let centre = x.iter().sum::<Vec3>() * 0.25;
         let normal = program.surfaces[crossing.surface as usize].gradient(&centre) * crossing.sign;
         // The diagonal whose worse triangle is the better one, seen along the normal.
         let quality = |[a, b, c]: [usize; 3]| {

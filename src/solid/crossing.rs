@@ -1,7 +1,7 @@
 //! Facets that cross each other.
 
 use crate::each::{EachOf, array_of};
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 use crate::order;
 use crate::parallel::map_ranges;
 
@@ -20,7 +20,7 @@ pub(super) struct Crossing {
 }
 
 /// All pairs of facets that cross, by the lower facet.
-pub(super) fn crossings(vertices: &[Point<3>], facets: &[[u32; 3]], tree: &Tree) -> Vec<Crossing> {
+pub(super) fn crossings(vertices: &[Vec3], facets: &[[u32; 3]], tree: &Tree) -> Vec<Crossing> {
     let found = map_ranges(facets.len(), 4096, |range| {
         let mut found = Vec::new();
         range.for_each(|one| of_facet(vertices, facets, tree, one as u32, &mut found));
@@ -30,7 +30,7 @@ pub(super) fn crossings(vertices: &[Point<3>], facets: &[[u32; 3]], tree: &Tree)
 }
 
 /// How many pairs cross, and the first of them. None is kept: a damaged surface may have as many as the square of its facets.
-pub(super) fn first_crossing(vertices: &[Point<3>], facets: &[[u32; 3]], tree: &Tree) -> Option<(usize, Crossing)> {
+pub(super) fn first_crossing(vertices: &[Vec3], facets: &[[u32; 3]], tree: &Tree) -> Option<(usize, Crossing)> {
     let found = map_ranges(facets.len(), 4096, |range| {
         let (mut count, mut first) = (0, None);
         let mut found = Vec::new();
@@ -47,7 +47,7 @@ pub(super) fn first_crossing(vertices: &[Point<3>], facets: &[[u32; 3]], tree: &
 }
 
 /// Adds the pairs of a facet with later ones, in their order.
-fn of_facet(vertices: &[Point<3>], facets: &[[u32; 3]], tree: &Tree, one: u32, found: &mut Vec<Crossing>) {
+fn of_facet(vertices: &[Vec3], facets: &[[u32; 3]], tree: &Tree, one: u32, found: &mut Vec<Crossing>) {
     let corners = |facet: u32| facets[facet as usize].each(|vertex| vertices[vertex as usize]);
     let x = corners(one);
     let begun = found.len();
@@ -62,7 +62,7 @@ fn of_facet(vertices: &[Point<3>], facets: &[[u32; 3]], tree: &Tree, one: u32, f
 }
 
 /// A point that two facets share beyond their common vertices.
-fn crossing(x: &[Point<3>; 3], a: [u32; 3], y: &[Point<3>; 3], b: [u32; 3]) -> Option<Point<3>> {
+fn crossing(x: &[Vec3; 3], a: [u32; 3], y: &[Vec3; 3], b: [u32; 3]) -> Option<Vec3> {
     // Most pairs whose boxes meet: one facet is on one side of the other's plane, but for common vertices.
     let (over_x, over_y) = (heights(x, y, &a, &b)?, heights(y, x, &b, &a)?);
     let flat = |heights: &[f64; 3]| heights.iter().all(|h| *h == 0.0);
@@ -74,7 +74,7 @@ fn crossing(x: &[Point<3>; 3], a: [u32; 3], y: &[Point<3>; 3], b: [u32; 3]) -> O
 
 /// Heights of `y` over the plane of `x`, rounding and common vertices as zeros; `None` where all that are none have one sign and
 /// can't cross.
-fn heights(x: &[Point<3>; 3], y: &[Point<3>; 3], a: &[u32; 3], b: &[u32; 3]) -> Option<[f64; 3]> {
+fn heights(x: &[Vec3; 3], y: &[Vec3; 3], a: &[u32; 3], b: &[u32; 3]) -> Option<[f64; 3]> {
     let normal = (x[1] - x[0]).cross(&(x[2] - x[0])).normalize();
     let size = (x[1] - x[0]).amax().max((x[2] - x[0]).amax()).max((y[1] - y[0]).amax()).max((y[2] - y[0]).amax());
     let heights: [f64; 3] = array_of(|k| {
@@ -88,7 +88,7 @@ fn heights(x: &[Point<3>; 3], y: &[Point<3>; 3], a: &[u32; 3], b: &[u32; 3]) -> 
 }
 
 /// Where a side of `x`, whose corners are at `heights` over the plane of `y`, runs through `y`.
-fn pierced(x: &[Point<3>; 3], y: &[Point<3>; 3], heights: &[f64; 3]) -> Option<Point<3>> {
+fn pierced(x: &[Vec3; 3], y: &[Vec3; 3], heights: &[f64; 3]) -> Option<Vec3> {
     (0..3).find_map(|k| {
         let (p, q) = (heights[k], heights[(k + 1) % 3]);
         let at = x[k] + (x[(k + 1) % 3] - x[k]) * (p / (p - q));
@@ -97,16 +97,15 @@ fn pierced(x: &[Point<3>; 3], y: &[Point<3>; 3], heights: &[f64; 3]) -> Option<P
 }
 
 /// The barycentric coordinates of a point in the plane of a triangle.
-fn sides(y: &[Point<3>; 3], at: &Point<3>) -> [f64; 3] {
+fn sides(y: &[Vec3; 3], at: &Vec3) -> [f64; 3] {
     let normal = (y[1] - y[0]).cross(&(y[2] - y[0]));
     array_of(|j| (y[(j + 1) % 3] - y[j]).cross(&(at - y[j])).dot(&normal) / normal.norm_squared())
 }
 
 /// Where two facets of one plane cover each other.
-fn overlap(x: &[Point<3>; 3], y: &[Point<3>; 3]) -> Option<Point<3>> {
-    let double = |x: &[Point<3>]| -> f64 {
-        (2..x.len()).map(|k| (x[k - 1] - x[0]).cross(&(x[k] - x[0]))).sum::<Point<3>>().norm()
-    };
+fn overlap(x: &[Vec3; 3], y: &[Vec3; 3]) -> Option<Vec3> {
+    let double =
+        |x: &[Vec3]| -> f64 { (2..x.len()).map(|k| (x[k - 1] - x[0]).cross(&(x[k] - x[0]))).sum::<Vec3>().norm() };
     // What is left of one within the other.
     let mut polygon = y.to_vec();
     for k in 0..3 {
@@ -124,5 +123,5 @@ fn overlap(x: &[Point<3>; 3], y: &[Point<3>; 3]) -> Option<Point<3>> {
         polygon = cut;
     }
     let least = double(x).min(double(y));
-    (double(&polygon) > SHARE * least).then(|| polygon.iter().sum::<Point<3>>() / polygon.len() as f64)
+    (double(&polygon) > SHARE * least).then(|| polygon.iter().sum::<Vec3>() / polygon.len() as f64)
 }

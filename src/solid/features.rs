@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::each::IntoEach;
-use crate::geometry::{Disjoint, Point};
+use crate::geometry::{Disjoint, Vec3};
 
 use super::closed::Solid3;
 use super::edges::{HalfEdge, by_edge, ends, half_edges};
@@ -24,7 +24,7 @@ impl Solid3 {
     /// Edges at which the normals of the facets differ by more than `angle` \[rad\], or more than two facets meet, and corners.
     pub fn features(&self, angle: f64) -> Features {
         let mut edges = Vec::new();
-        let mut along: HashMap<u32, Vec<Point<3>>> = HashMap::new();
+        let mut along: HashMap<u32, Vec<Vec3>> = HashMap::new();
         for group in by_edge(&self.half_edges()).filter(|group| self.is_sharp(group, angle)) {
             let [a, b] = ends(group[0].key);
             let way = (self.vertices[b as usize] - self.vertices[a as usize]).normalize();
@@ -32,7 +32,7 @@ impl Solid3 {
             along.entry(a).or_default().push(way);
             along.entry(b).or_default().push(-way);
         }
-        let mut sum = vec![Point::<3>::zeros(); self.vertices.len()];
+        let mut sum = vec![Vec3::zeros(); self.vertices.len()];
         for (facet, normal) in self.facets.iter().zip(&self.normals) {
             facet.iter().for_each(|&vertex| sum[vertex as usize] += normal);
         }

@@ -2,7 +2,7 @@
 
 use crate::each::{Each, EachOf};
 use crate::error::GeometryError;
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 
 use super::closed::{SAME, Solid3, checked};
 use super::crossing::crossings;
@@ -13,21 +13,21 @@ use super::weld::{drop_doubles, weld};
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SurfaceFlaws {
     /// Ends of the edges that bound one facet alone.
-    pub open: Vec<[Point<3>; 2]>,
+    pub open: Vec<[Vec3; 2]>,
     /// Ends of the edges whose two facets face opposite ways.
-    pub turned: Vec<[Point<3>; 2]>,
+    pub turned: Vec<[Vec3; 2]>,
     /// Ends of the edges of more than two facets.
-    pub branching: Vec<[Point<3>; 2]>,
+    pub branching: Vec<[Vec3; 2]>,
     /// Pairs of facets that cross, as numbers among those given, and a point of both.
-    pub crossing: Vec<([usize; 2], Point<3>)>,
+    pub crossing: Vec<([usize; 2], Vec3)>,
     /// Facets without area.
     pub flat: Vec<usize>,
     /// Facets that stand more than once, but for one of those that face the same way.
     pub doubled: Vec<usize>,
     /// A point of each connected part that faces inwards.
-    pub inside_out: Vec<Point<3>>,
+    pub inside_out: Vec<Vec3>,
     /// A point of each connected part that lies within another and faces the same way: a cavity, its facets turned.
-    pub nested: Vec<Point<3>>,
+    pub nested: Vec<Vec3>,
 }
 
 impl SurfaceFlaws {
@@ -35,7 +35,7 @@ impl SurfaceFlaws {
     ///
     /// # Errors
     /// As [`Solid3::new`] for facets that name no vertex, and numbers that are not finite.
-    pub fn of(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Result<Self, GeometryError> {
+    pub fn of(vertices: &[Vec3], facets: &[[u32; 3]]) -> Result<Self, GeometryError> {
         let tolerance = SAME * checked(vertices, facets)?;
         let mut flaws = SurfaceFlaws::default();
         let mut kept = vec![false; facets.len()];

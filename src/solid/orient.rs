@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::each::{Each, EachOf};
 use crate::error::SolidError;
-use crate::geometry::{Disjoint, Point};
+use crate::geometry::{Disjoint, Vec3};
 
 use super::edges::{balance, by_edge, edge, ends, half_edges};
 use super::weld::{ADDED, Facet};
@@ -14,7 +14,7 @@ const SMALL: f64 = 1e-3;
 /// Longest opening that is closed [edges]: each triangle of the patch looks at all that are left.
 const LONG: usize = 2000;
 
-fn middle(vertices: &[Point<3>], key: u64) -> [f64; 3] {
+fn middle(vertices: &[Vec3], key: u64) -> [f64; 3] {
     let [a, b] = ends(key).each(|vertex| vertices[vertex as usize]);
     ((a + b) * 0.5).into()
 }
@@ -25,7 +25,7 @@ fn turn(facet: &mut Facet) {
 
 /// Turns facets so that neighbours face the same way, as few as possible in each connected part. Where all do already, also
 /// at edges of four facets, nothing is done.
-pub(super) fn agree(vertices: &[Point<3>], facets: &mut [Facet]) -> Result<(), SolidError> {
+pub(super) fn agree(vertices: &[Vec3], facets: &mut [Facet]) -> Result<(), SolidError> {
     let halves = half_edges(facets.iter().map(|facet| facet.corners));
     if by_edge(&halves).all(|group| balance(group) == 0) {
         return Ok(());
@@ -82,7 +82,7 @@ pub(super) fn agree(vertices: &[Point<3>], facets: &mut [Facet]) -> Result<(), S
 }
 
 /// Adds facets over small openings, and refuses large ones and edges where walls meet.
-pub(super) fn close(vertices: &[Point<3>], facets: &mut Vec<Facet>) -> Result<(), SolidError> {
+pub(super) fn close(vertices: &[Vec3], facets: &mut Vec<Facet>) -> Result<(), SolidError> {
     let halves = half_edges(facets.iter().map(|facet| facet.corners));
     let total: f64 = facets.summed(|facet| area(facet.corners.each(|v| vertices[v as usize])));
     let open = by_edge(&halves).filter(|group| group.len() == 1).count();
@@ -129,7 +129,7 @@ pub(super) fn close(vertices: &[Point<3>], facets: &mut Vec<Facet>) -> Result<()
     Ok(())
 }
 
-fn area([a, b, c]: [Point<3>; 3]) -> f64 {
+fn area([a, b, c]: [Vec3; 3]) -> f64 {
     0.5 * (b - a).cross(&(c - a)).norm()
 }
 
@@ -159,7 +159,7 @@ fn rings(start: u32, next: &mut HashMap<u32, Vec<u32>>) -> Vec<Vec<u32>> {
 }
 
 /// Triangles over a ring, each with the shortest new edge that is left.
-fn fill(vertices: &[Point<3>], ring: &[u32]) -> Vec<[u32; 3]> {
+fn fill(vertices: &[Vec3], ring: &[u32]) -> Vec<[u32; 3]> {
     let mut ring = ring.to_vec();
     let mut out = Vec::with_capacity(ring.len());
     while ring.len() >= 3 {

@@ -1,9 +1,7 @@
 //! Where the vertices of a contour lie: on the surfaces that meet in them.
 
-use nalgebra::Matrix3;
-
 use crate::each::Each;
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Vec3};
 
 use super::program::Program;
 use super::surface::Surface;
@@ -27,7 +25,7 @@ pub(super) struct Crossed {
     pub edge: usize,
     /// Whether inside comes first along the axis.
     pub rises: bool,
-    pub at: Point<3>,
+    pub at: Vec3,
     /// The surface that crosses, and its sign there.
     pub surface: u32,
     pub sign: f64,
@@ -47,7 +45,7 @@ impl Crossed {
 #[derive(Debug, Clone)]
 pub(super) struct Sheet {
     /// The middle of the cell.
-    middle: Point<3>,
+    middle: Vec3,
     /// The edges that it crosses.
     pub crossed: Vec<u32>,
     /// The surfaces that it is of.
@@ -59,21 +57,21 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
-    pub(crate) fn new(middle: Point<3>) -> Self {
+    pub(crate) fn new(middle: Vec3) -> Self {
         Sheet { middle, crossed: Vec::new(), surfaces: Vec::new(), fixed: false, drawn_back: 0 }
     }
 
     /// The middle of what it crosses.
-    fn mean(&self, crossed: &[Crossed]) -> Point<3> {
-        self.crossed.iter().map(|&k| crossed[k as usize].at).sum::<Point<3>>() / self.crossed.len() as f64
+    fn mean(&self, crossed: &[Crossed]) -> Vec3 {
+        self.crossed.iter().map(|&k| crossed[k as usize].at).sum::<Vec3>() / self.crossed.len() as f64
     }
 }
 
 /// Solves $A^TA\,s = A^Tb$ for the shortest $s$.
-fn shortest(square: &Matrix3<f64>, right: &Point<3>) -> (Point<3>, usize) {
+fn shortest(square: &Mat3, right: &Vec3) -> (Vec3, usize) {
     let eigen = square.symmetric_eigen();
     let largest = eigen.eigenvalues.amax();
-    let mut step = Point::<3>::zeros();
+    let mut step = Vec3::zeros();
     let mut rank = 0;
     for k in 0..3 {
         let value = eigen.eigenvalues[k];
@@ -87,10 +85,10 @@ fn shortest(square: &Matrix3<f64>, right: &Point<3>) -> (Point<3>, usize) {
 }
 
 /// The point near `x` where surfaces meet, `None` where Newton's method does not find one.
-fn project(program: &Program, surfaces: &[u32], mut x: Point<3>, h: f64) -> Option<Point<3>> {
+fn project(program: &Program, surfaces: &[u32], mut x: Vec3, h: f64) -> Option<Vec3> {
     for _ in 0..STEPS {
-        let mut square = Matrix3::zeros();
-        let mut right = Point::<3>::zeros();
+        let mut square = Mat3::zeros();
+        let mut right = Vec3::zeros();
         let mut furthest = 0.0f64;
         for &surface in surfaces {
             let surface = &program.surfaces[surface as usize];
@@ -115,12 +113,12 @@ fn project(program: &Program, surfaces: &[u32], mut x: Point<3>, h: f64) -> Opti
 }
 
 /// Places all vertices.
-pub(super) fn place(program: &Program, crossed: &mut [Crossed], sheets: &mut [Sheet], h: f64) -> Vec<Point<3>> {
+pub(super) fn place(program: &Program, crossed: &mut [Crossed], sheets: &mut [Sheet], h: f64) -> Vec<Vec3> {
     relabel(crossed, sheets);
     let mut vertices = Vec::with_capacity(sheets.len());
     for sheet in sheets.iter_mut() {
         let mean = sheet.mean(crossed);
-        let inside = |x: &Point<3>| (x - sheet.middle).amax() <= REACH * h;
+        let inside = |x: &Vec3| (x - sheet.middle).amax() <= REACH * h;
         if let [surface] = sheet.surfaces[..]
             && let Some(x) = crease(program, surface, crossed, &sheet.crossed, &mean).filter(inside)
         {
@@ -142,7 +140,7 @@ pub(super) fn draw_back(
     program: &Program,
     crossed: &[Crossed],
     sheets: &mut [Sheet],
-    vertices: &mut [Point<3>],
+    vertices: &mut [Vec3],
     h: f64,
     which: impl IntoIterator<Item = u32>,
 ) {
@@ -150,7 +148,7 @@ pub(super) fn draw_back(
         let sheet = &mut sheets[vertex as usize];
         let mean = sheet.mean(crossed);
         sheet.drawn_back += 1;
-        let inside = |x: &Point<3>| (x - sheet.middle).amax() <= 0.5 * h;
+        let inside = |x: &Vec3| (x - sheet.middle).amax() <= 0.5 * h;
         let within = match sheet.drawn_back {
             1 => project(program, &sheet.surfaces, mean, h)
                 .filter(inside)
@@ -163,14 +161,8 @@ pub(super) fn draw_back(
 
 /// The point for surfaces that meet elsewhere or nowhere, as where two edges run through one cell: that of as many as do meet
 /// there, closest to the others.
-fn compromise(
-    program: &Program,
-    surfaces: &[u32],
-    mean: Point<3>,
-    h: f64,
-    inside: impl Fn(&Point<3>) -> bool,
-) -> Option<Point<3>> {
-    let off = |x: &Point<3>| {
+fn compromise(program: &Program, surfaces: &[u32], mean: Vec3, h: f64, inside: impl Fn(&Vec3) -> bool) -> Option<Vec3> {
+    let off = |x: &Vec3| {
         let distance = |&s: &u32| program.surfaces[s as usize].value(x).abs();
         surfaces.summed(distance)
     };
@@ -222,9 +214,9 @@ fn relabel(crossed: &mut [Crossed], sheets: &mut [Sheet]) {
 }
 
 /// The edge or corner of a level set within a cell, where its normals tell one.
-fn crease(program: &Program, surface: u32, crossed: &[Crossed], own: &[u32], mean: &Point<3>) -> Option<Point<3>> {
+fn crease(program: &Program, surface: u32, crossed: &[Crossed], own: &[u32], mean: &Vec3) -> Option<Vec3> {
     let Surface::Field { creased: true, .. } = program.surfaces[surface as usize] else { return None };
-    let normals: Vec<(Point<3>, Point<3>)> = own
+    let normals: Vec<(Vec3, Vec3)> = own
         .iter()
         .map(|&k| (crossed[k as usize].at, program.surfaces[surface as usize].gradient(&crossed[k as usize].at)))
         .filter_map(|(at, gradient)| Some((at, gradient.try_normalize(0.0)?)))
@@ -233,8 +225,8 @@ fn crease(program: &Program, surface: u32, crossed: &[Crossed], own: &[u32], mea
     if widest > SHARP {
         return None;
     }
-    let mut square = Matrix3::zeros();
-    let mut right = Point::<3>::zeros();
+    let mut square = Mat3::zeros();
+    let mut right = Vec3::zeros();
     for (at, normal) in &normals {
         square += normal * normal.transpose();
         right += normal * normal.dot(&(at - mean));
@@ -244,7 +236,7 @@ fn crease(program: &Program, surface: u32, crossed: &[Crossed], own: &[u32], mea
 }
 
 /// The vertex nearest to the tip of a cone goes there.
-fn tips(program: &Program, crossed: &[Crossed], sheets: &mut [Sheet], vertices: &mut [Point<3>], h: f64) {
+fn tips(program: &Program, crossed: &[Crossed], sheets: &mut [Sheet], vertices: &mut [Vec3], h: f64) {
     for (number, surface) in program.surfaces.iter().enumerate() {
         let Surface::Cone { apex, .. } = surface else { continue };
         let found = program.at(apex);
@@ -263,7 +255,7 @@ fn tips(program: &Program, crossed: &[Crossed], sheets: &mut [Sheet], vertices: 
 }
 
 /// Moves vertices to the middle of their neighbours, those on curves of their neighbours on the curve, and back to their surfaces.
-fn even_out(program: &Program, crossed: &[Crossed], sheets: &[Sheet], vertices: &mut Vec<Point<3>>, h: f64) {
+fn even_out(program: &Program, crossed: &[Crossed], sheets: &[Sheet], vertices: &mut Vec<Vec3>, h: f64) {
     let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); sheets.len()];
     for crossing in crossed {
         for k in 0..4 {
@@ -298,8 +290,8 @@ fn even_out(program: &Program, crossed: &[Crossed], sheets: &[Sheet], vertices: 
                 if list.is_empty() {
                     return vertices[k];
                 }
-                let mean = list.iter().map(|&other| vertices[other as usize]).sum::<Point<3>>() / list.len() as f64;
-                let inside = |x: &Point<3>| (x - sheets[k].middle).amax() <= REACH * h;
+                let mean = list.iter().map(|&other| vertices[other as usize]).sum::<Vec3>() / list.len() as f64;
+                let inside = |x: &Vec3| (x - sheets[k].middle).amax() <= REACH * h;
                 let to = project(program, &sheets[k].surfaces, (mean + vertices[k]) * 0.5, h);
                 to.filter(inside).unwrap_or(vertices[k])
             },

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Rotation3;
 
 use crate::each::{Each, IntoEach};
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 
 use super::surface::Surface;
 
@@ -32,7 +32,7 @@ impl Node {
         }
     }
 
-    pub(crate) fn moved(self, by: &Rotation3<f64>, to: &Point<3>) -> Self {
+    pub(crate) fn moved(self, by: &Rotation3<f64>, to: &Vec3) -> Self {
         let all = |members: Vec<Node>| members.into_mapped(|node| node.moved(by, to));
         match self {
             Node::Surface { surface, flipped, name } => Node::Surface { surface: surface.moved(by, to), flipped, name },
@@ -115,11 +115,11 @@ impl Program {
     }
 
     /// The value at a point, negative inside.
-    pub(crate) fn at(&self, x: &Point<3>) -> Value {
+    pub(crate) fn at(&self, x: &Vec3) -> Value {
         self.of(&self.root, x)
     }
 
-    fn of(&self, op: &Op, x: &Point<3>) -> Value {
+    fn of(&self, op: &Op, x: &Vec3) -> Value {
         match op {
             Op::Surface { number, sign } => {
                 let value = sign * self.surfaces[*number as usize].value(x);

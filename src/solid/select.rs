@@ -2,7 +2,7 @@
 
 use crate::each::Each;
 use crate::error::{GeometryError, Invalid, SolidError};
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 
 use super::closed::Solid3;
 
@@ -39,10 +39,10 @@ pub struct Select {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Shape {
-    Plane { point: Point<3>, normal: Point<3> },
-    Cylinder { point: Point<3>, axis: Point<3>, radius: f64 },
-    Block { min: Point<3>, max: Point<3> },
-    Nearest(Point<3>),
+    Plane { point: Vec3, normal: Vec3 },
+    Cylinder { point: Vec3, axis: Vec3, radius: f64 },
+    Block { min: Vec3, max: Vec3 },
+    Nearest(Vec3),
     Patch(usize),
     Facets(Vec<u32>),
 }
@@ -124,7 +124,7 @@ impl Select {
     fn misses(&self, solid: &Solid3, facet: usize) -> f64 {
         let corners = solid.corners(facet);
         let own = solid.normals()[facet];
-        let furthest = |off: &dyn Fn(&Point<3>) -> f64| corners.largest(off);
+        let furthest = |off: &dyn Fn(&Vec3) -> f64| corners.largest(off);
         let limit = |off: f64, fits: bool| if fits { off } else { f64::INFINITY };
         match &self.shape {
             Shape::Plane { point, normal } => {

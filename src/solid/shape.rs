@@ -6,7 +6,7 @@ use nalgebra::{Rotation3, Unit};
 
 use crate::each::{EachOf, array_of, point_of, sum_of};
 use crate::error::{GeometryError, Invalid, SolidError};
-use crate::geometry::{Block, Point};
+use crate::geometry::{Block, Point, Vec3};
 
 use super::closed::Solid3;
 use super::contour::contour;
@@ -48,13 +48,13 @@ fn needs(sizes: &[(&'static str, f64)]) -> Option<GeometryError> {
 }
 
 /// Numbers of a place that have to be finite.
-fn place(what: &'static str, at: &Point<3>) -> Option<GeometryError> {
+fn place(what: &'static str, at: &Vec3) -> Option<GeometryError> {
     let bad = at.iter().find(|x| !x.is_finite());
     bad.map(|&value| Invalid::new(what, value, "give finite numbers").into())
 }
 
 /// A unit vector along a direction, or why there is none.
-fn direction(what: &'static str, along: [f64; 3]) -> Result<Point<3>, GeometryError> {
+fn direction(what: &'static str, along: [f64; 3]) -> Result<Vec3, GeometryError> {
     let (along, length) = (Point::from(along), Point::from(along).norm());
     let exists = length > 0.0 && length.is_finite();
     if exists {
@@ -68,12 +68,12 @@ fn leaf(surface: Surface) -> Node {
     Node::Surface { surface, flipped: false, name: None }
 }
 
-fn plane(point: Point<3>, normal: Point<3>) -> Node {
+fn plane(point: Vec3, normal: Vec3) -> Node {
     leaf(Surface::Plane { point, normal })
 }
 
 /// The bounds of a disc.
-fn disc(centre: Point<3>, axis: &Point<3>, radius: f64) -> Block<3> {
+fn disc(centre: Vec3, axis: &Vec3, radius: f64) -> Block<3> {
     let half = point_of::<3>(|i| radius * (1.0 - axis[i] * axis[i]).max(0.0).sqrt());
     Block { min: centre - half, max: centre + half }
 }
@@ -90,7 +90,7 @@ impl Shape {
     /// A ball.
     pub fn sphere(centre: [f64; 3], radius: f64) -> Self {
         let centre = Point::from(centre);
-        let half = Point::<3>::repeat(radius);
+        let half = Vec3::repeat(radius);
         let bounds = Block { min: centre - half, max: centre + half };
         let invalid = needs(&[("radius of a sphere", radius)]).or_else(|| place("centre of a sphere", &centre));
         Self::of(leaf(Surface::Sphere { centre, radius }), bounds, invalid)
@@ -101,7 +101,7 @@ impl Shape {
         let bounds = Block::new(min, max);
         let sides = (0..6).map(|k| {
             let (axis, corner) = (k / 2, if k % 2 == 0 { bounds.min } else { bounds.max });
-            let mut normal = Point::<3>::zeros();
+            let mut normal = Vec3::zeros();
             normal[axis] = if k % 2 == 0 { -1.0 } else { 1.0 };
             plane(corner, normal)
         });
@@ -144,7 +144,7 @@ impl Shape {
         let (centre, along) = (Point::from(centre), direction("axis of a torus", axis));
         let axis = along.clone().unwrap_or_else(|_| Point::z());
         let ring = disc(centre, &axis, major);
-        let half = Point::<3>::repeat(minor);
+        let half = Vec3::repeat(minor);
         let bounds = Block { min: ring.min - half, max: ring.max + half };
         let lengths = [("section of a torus", minor), ("radius of a torus, less that of its section", major - minor)];
         let invalid = needs(&lengths).or(along.err()).or_else(|| place("centre of a torus", &centre));
@@ -153,7 +153,7 @@ impl Shape {
 
     /// All that is behind a plane, seen along its outward normal: to be intersected with, or taken from, something bounded.
     pub fn half_space(point: [f64; 3], normal: [f64; 3]) -> Self {
-        let all = Point::<3>::repeat(f64::INFINITY);
+        let all = Vec3::repeat(f64::INFINITY);
         let (point, normal) = (Point::from(point), direction("normal of a half space", normal));
         let invalid = normal.clone().err().or_else(|| place("point of a half space", &point));
         Self::of(plane(point, normal.unwrap_or_else(|_| Point::z())), Block { min: -all, max: all }, invalid)
@@ -161,7 +161,7 @@ impl Shape {
 
     /// The points of a block where a function is negative; it should be smooth, and about as steep everywhere near its zeros.
     /// Edges within it come out sharp to the second order of the spacing.
-    pub fn level_set(min: [f64; 3], max: [f64; 3], f: impl Fn(&Point<3>) -> f64 + Send + Sync + 'static) -> Self {
+    pub fn level_set(min: [f64; 3], max: [f64; 3], f: impl Fn(&Vec3) -> f64 + Send + Sync + 'static) -> Self {
         Self::field(min, max, Arc::new(f), true)
     }
 
@@ -218,7 +218,7 @@ impl Shape {
             }
         );
         let end = array_of(|i| counts[i] as f64 * sizes[i]);
-        let field = move |x: &Point<3>| threshold - interpolated(&counts, &sizes, &values, x);
+        let field = move |x: &Vec3| threshold - interpolated(&counts, &sizes, &values, x);
         Ok(Self::field([0.0; 3], end, Arc::new(field), false))
     }
 
@@ -347,7 +347,7 @@ impl Shape {
 }
 
 /// The value at a point, trilinear between the middles of voxels and constant beyond.
-fn interpolated(counts: &[usize; 3], sizes: &[f64; 3], values: &[f64], x: &Point<3>) -> f64 {
+fn interpolated(counts: &[usize; 3], sizes: &[f64; 3], values: &[f64], x: &Vec3) -> f64 {
     let at: [f64; 3] = array_of(|i| (x[i] / sizes[i] - 0.5).clamp(0.0, (counts[i] - 1) as f64));
     let low = at.each(|at| at as usize);
     let value = |corner: usize| {

@@ -2,7 +2,7 @@
 
 use crate::each::point_of;
 use crate::error::SolidError;
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 
 /// Bytes before the facets of a binary file, and of a facet.
 const HEADER: usize = 84;
@@ -11,7 +11,7 @@ const RECORD: usize = 50;
 /// Facets as they stand in a file: three vertices each, and the sections ("solid name") that they stand in.
 #[derive(Debug, Default)]
 pub(super) struct Listed {
-    pub vertices: Vec<Point<3>>,
+    pub vertices: Vec<Vec3>,
     /// Names and first facets.
     pub sections: Vec<(String, usize)>,
 }

@@ -6,37 +6,37 @@ use std::sync::Arc;
 use nalgebra::Rotation3;
 
 use crate::each::point_of;
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 
 /// A function whose negative values are inside.
-pub(super) type Field = Arc<dyn Fn(&Point<3>) -> f64 + Send + Sync>;
+pub(super) type Field = Arc<dyn Fn(&Vec3) -> f64 + Send + Sync>;
 
 /// A smooth surface: the zeros of a function that is negative inside.
 #[derive(Clone)]
 pub(super) enum Surface {
     Plane {
-        point: Point<3>,
-        normal: Point<3>,
+        point: Vec3,
+        normal: Vec3,
     },
     Sphere {
-        centre: Point<3>,
+        centre: Vec3,
         radius: f64,
     },
     Cylinder {
-        point: Point<3>,
-        axis: Point<3>,
+        point: Vec3,
+        axis: Vec3,
         radius: f64,
     },
     /// Opens along `axis`; cosine and sine of the angle between axis and side.
     Cone {
-        apex: Point<3>,
-        axis: Point<3>,
+        apex: Vec3,
+        axis: Vec3,
         cos: f64,
         sin: f64,
     },
     Torus {
-        centre: Point<3>,
-        axis: Point<3>,
+        centre: Vec3,
+        axis: Vec3,
         major: f64,
         minor: f64,
     },
@@ -44,7 +44,7 @@ pub(super) enum Surface {
     Field {
         field: Field,
         turn: Rotation3<f64>,
-        shift: Point<3>,
+        shift: Vec3,
         step: f64,
         creased: bool,
     },
@@ -64,13 +64,13 @@ impl fmt::Debug for Surface {
 }
 
 /// Part of a vector along an axis, and what is left.
-fn split(way: Point<3>, axis: &Point<3>) -> (f64, Point<3>) {
+fn split(way: Vec3, axis: &Vec3) -> (f64, Vec3) {
     let along = way.dot(axis);
     (along, way - axis * along)
 }
 
 impl Surface {
-    pub(crate) fn value(&self, x: &Point<3>) -> f64 {
+    pub(crate) fn value(&self, x: &Vec3) -> f64 {
         match self {
             Surface::Plane { point, normal } => normal.dot(&(x - point)),
             Surface::Sphere { centre, radius } => (x - centre).norm() - radius,
@@ -87,8 +87,8 @@ impl Surface {
         }
     }
 
-    pub(crate) fn gradient(&self, x: &Point<3>) -> Point<3> {
-        let unit = |x: Point<3>| x.try_normalize(0.0).unwrap_or_default();
+    pub(crate) fn gradient(&self, x: &Vec3) -> Vec3 {
+        let unit = |x: Vec3| x.try_normalize(0.0).unwrap_or_default();
         match self {
             Surface::Plane { normal, .. } => *normal,
             Surface::Sphere { centre, .. } => unit(x - centre),
@@ -108,8 +108,8 @@ impl Surface {
     }
 
     /// Turned about the origin, then shifted.
-    pub(crate) fn moved(mut self, by: &Rotation3<f64>, to: &Point<3>) -> Self {
-        let place = |x: &mut Point<3>| *x = by * *x + to;
+    pub(crate) fn moved(mut self, by: &Rotation3<f64>, to: &Vec3) -> Self {
+        let place = |x: &mut Vec3| *x = by * *x + to;
         match &mut self {
             Surface::Plane { point, normal: axis } | Surface::Cylinder { point, axis, .. } => {
                 place(point);
@@ -130,7 +130,7 @@ impl Surface {
 
     /// Whether another surface has the same zeros, to rounding.
     pub(crate) fn is_same(&self, other: &Surface, size: f64) -> bool {
-        let near = |a: &Point<3>, b: &Point<3>| (a - b).norm() <= 1e-9 * size;
+        let near = |a: &Vec3, b: &Vec3| (a - b).norm() <= 1e-9 * size;
         match (self, other) {
             (Surface::Plane { point, normal }, Surface::Plane { point: p, normal: n }) => {
                 normal.cross(n).norm() < 1e-9 && normal.dot(&(p - point)).abs() <= 1e-9 * size

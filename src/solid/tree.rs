@@ -2,10 +2,8 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Matrix3;
-
 use crate::each::{Each, EachOf};
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Point, Vec3};
 
 /// Facets in a leaf.
 const LEAF: usize = 8;
@@ -16,14 +14,14 @@ const DEPTH: usize = 64;
 
 #[derive(Debug, Clone)]
 struct Node {
-    low: Point<3>,
-    high: Point<3>,
+    low: Vec3,
+    high: Vec3,
     /// Mean of the facets' centres by area, and the largest distance of a corner from it.
-    centre: Point<3>,
+    centre: Vec3,
     radius: f64,
     /// $\int n\,\mathrm dA$ and $\int n\otimes(y-c)\,\mathrm dA$.
-    dipole: Point<3>,
-    moment: Matrix3<f64>,
+    dipole: Vec3,
+    moment: Mat3,
     /// Places in `order`.
     first: u32,
     end: u32,
@@ -36,12 +34,12 @@ struct Node {
 pub(crate) struct Tree {
     nodes: Vec<Node>,
     order: Vec<u32>,
-    corners: Vec<[Point<3>; 3]>,
+    corners: Vec<[Vec3; 3]>,
 }
 
 /// The foot of a point on the triangle $abc$ and the places of the corners that span where it lies, one, two or three (Ericson, *Real-Time
 /// Collision Detection*, 5.1.5).
-pub(crate) fn foot(x: &Point<3>, [a, b, c]: &[Point<3>; 3]) -> (Point<3>, &'static [usize]) {
+pub(crate) fn foot(x: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Vec3, &'static [usize]) {
     let (ab, ac, ax) = (b - a, c - a, x - a);
     let (d1, d2) = (ab.dot(&ax), ac.dot(&ax));
     if d1 <= 0.0 && d2 <= 0.0 {
@@ -74,7 +72,7 @@ pub(crate) fn foot(x: &Point<3>, [a, b, c]: &[Point<3>; 3]) -> (Point<3>, &'stat
 }
 
 /// The solid angle of a triangle seen from a point, over 4π (van Oosterom & Strackee 1983).
-fn solid_angle(x: &Point<3>, corners: &[Point<3>; 3]) -> f64 {
+fn solid_angle(x: &Vec3, corners: &[Vec3; 3]) -> f64 {
     let [a, b, c] = corners.each(|corner| corner - x);
     let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
     let below = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
@@ -82,10 +80,9 @@ fn solid_angle(x: &Point<3>, corners: &[Point<3>; 3]) -> f64 {
 }
 
 impl Tree {
-    pub(crate) fn new(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Self {
+    pub(crate) fn new(vertices: &[Vec3], facets: &[[u32; 3]]) -> Self {
         let corners_of = |facet: u32| facets[facet as usize].each(|vertex| vertices[vertex as usize]);
-        let centres: Vec<Point<3>> =
-            (0..facets.len() as u32).map(|f| corners_of(f).iter().sum::<Point<3>>() / 3.0).collect();
+        let centres: Vec<Vec3> = (0..facets.len() as u32).map(|f| corners_of(f).iter().sum::<Vec3>() / 3.0).collect();
         let mut order: Vec<u32> = (0..facets.len() as u32).collect();
         let mut nodes: Vec<Node> = Vec::with_capacity(4 * facets.len() / LEAF + 1);
         // Ranges to be split, with the node whose second child they are.
@@ -94,7 +91,7 @@ impl Tree {
             if parent != usize::MAX {
                 nodes[parent].second = nodes.len() as u32;
             }
-            let (mut low, mut high) = (Point::<3>::repeat(f64::INFINITY), Point::<3>::repeat(f64::NEG_INFINITY));
+            let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
             for &facet in &order[first..end] {
                 for x in corners_of(facet) {
                     (low, high) = (low.inf(&x), high.sup(&x));
@@ -106,7 +103,7 @@ impl Tree {
                 centre: (low + high) * 0.5,
                 radius: 0.0,
                 dipole: Point::zeros(),
-                moment: Matrix3::zeros(),
+                moment: Mat3::zeros(),
                 first: first as u32,
                 end: end as u32,
                 second: 0,
@@ -149,7 +146,7 @@ impl Tree {
     }
 
     /// The winding number of the facets about a point.
-    pub(crate) fn winding_number(&self, x: &Point<3>) -> f64 {
+    pub(crate) fn winding_number(&self, x: &Vec3) -> f64 {
         let mut far = 0.0;
         let mut near = 0.0;
         let enter = |node: &Node| {
@@ -167,8 +164,8 @@ impl Tree {
     }
 
     /// The nearest facet, its nearest point and the distance; `None` without facets.
-    pub(crate) fn closest(&self, x: &Point<3>) -> Option<(u32, Point<3>, f64)> {
-        let mut best: Option<(f64, u32, Point<3>)> = None;
+    pub(crate) fn closest(&self, x: &Vec3) -> Option<(u32, Vec3, f64)> {
+        let mut best: Option<(f64, u32, Vec3)> = None;
         let mut stack = [(0.0, 0u32); DEPTH];
         let mut height = usize::from(!self.nodes.is_empty());
         while height > 0 {
@@ -203,8 +200,8 @@ impl Tree {
     }
 
     /// Calls `visit` for the facets whose boxes meet a box.
-    pub(crate) fn for_each_in(&self, low: &Point<3>, high: &Point<3>, mut visit: impl FnMut(u32)) {
-        let meets = |min: &Point<3>, max: &Point<3>| (0..3).all(|i| min[i] <= high[i] && max[i] >= low[i]);
+    pub(crate) fn for_each_in(&self, low: &Vec3, high: &Vec3, mut visit: impl FnMut(u32)) {
+        let meets = |min: &Vec3, max: &Vec3| (0..3).all(|i| min[i] <= high[i] && max[i] >= low[i]);
         self.walk(
             |node| meets(&node.low, &node.high),
             |range| {
@@ -221,9 +218,9 @@ impl Tree {
 
 impl Node {
     /// Moments of facets about their centre.
-    fn expand(&mut self, facets: &[u32], corners_of: impl Fn(u32) -> [Point<3>; 3]) {
+    fn expand(&mut self, facets: &[u32], corners_of: impl Fn(u32) -> [Vec3; 3]) {
         let mut total = 0.0;
-        let mut sum = Point::<3>::zeros();
+        let mut sum = Vec3::zeros();
         for &facet in facets {
             let [a, b, c] = corners_of(facet);
             let area = (b - a).cross(&(c - a)).norm();

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use crate::each::array_of;
 pub(crate) use crate::geometry::OPPOSITE;
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 
 use super::closed::Solid3;
 
@@ -14,8 +14,8 @@ const EDGE: f64 = 1e-9;
 /// Some of a wall: a triangle on one side, and what leads from it to the other one.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Wall {
-    pub(crate) corners: [Point<3>; 3],
-    pub(crate) through: Point<3>,
+    pub(crate) corners: [Vec3; 3],
+    pub(crate) through: Vec3,
     /// Whether both sides are parallel.
     pub(crate) is_even: bool,
 }
@@ -41,7 +41,7 @@ impl Solid3 {
             while let Some([a, b, c]) = open.pop() {
                 // Halved across the longest side, which comes first.
                 let sides = [(a, b, c), (b, c, a), (c, a, b)];
-                let longest = |x: &(Point<3>, Point<3>, Point<3>)| (x.1 - x.0).norm_squared();
+                let longest = |x: &(Vec3, Vec3, Vec3)| (x.1 - x.0).norm_squared();
                 let Some((p, q, r)) = sides.into_iter().max_by(|x, y| longest(x).total_cmp(&longest(y))) else { break };
                 let (length, middle) = ((q - p).norm(), (p + q) * 0.5);
                 let halves = [[p, middle, r], [middle, q, r]];
@@ -63,7 +63,7 @@ impl Solid3 {
     }
 
     /// The distance from a point of a facet along a direction to the other side of a wall there, and whether that is parallel.
-    fn through(&self, from: &Point<3>, along: &Point<3>, thinner: f64, own: u32) -> Option<(f64, bool)> {
+    fn through(&self, from: &Vec3, along: &Vec3, thinner: f64, own: u32) -> Option<(f64, bool)> {
         let to = from + along * thinner;
         let mut nearest: Option<(f64, f64)> = None;
         self.tree.for_each_in(&from.inf(&to), &from.sup(&to), |facet| {
@@ -75,7 +75,7 @@ impl Solid3 {
             }
             let at = from + along * distance;
             let area = (b - a).cross(&(c - a)).norm();
-            let within = |p: &Point<3>, q: &Point<3>| (q - p).cross(&(at - p)).dot(&normal) >= -EDGE * area;
+            let within = |p: &Vec3, q: &Vec3| (q - p).cross(&(at - p)).dot(&normal) >= -EDGE * area;
             if within(&a, &b) && within(&b, &c) && within(&c, &a) && nearest.is_none_or(|known| distance < known.0) {
                 nearest = Some((distance, steep));
             }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use crate::each::EachOf;
-use crate::geometry::{Disjoint, Point};
+use crate::geometry::{Disjoint, Vec3};
 
 use super::edges::{edge, half_edges};
 
@@ -53,7 +53,7 @@ impl std::hash::Hash for Cell {
 
 /// Gives vertices within `tolerance` of an earlier one that stays its number; unused ones go.
 /// Facets left with two corners go too.
-pub(super) fn weld(vertices: &[Point<3>], facets: &[[u32; 3]], tolerance: f64) -> (Vec<Point<3>>, Vec<Facet>) {
+pub(super) fn weld(vertices: &[Vec3], facets: &[[u32; 3]], tolerance: f64) -> (Vec<Vec3>, Vec<Facet>) {
     let (unique, number) = same_bits(vertices, facets);
     let mut sets = Disjoint::new(unique.len());
     if tolerance > 0.0 {
@@ -78,10 +78,10 @@ pub(super) fn weld(vertices: &[Point<3>], facets: &[[u32; 3]], tolerance: f64) -
 }
 
 /// Vertices of different bits in the order of facets, and the number of each vertex in use.
-fn same_bits(vertices: &[Point<3>], facets: &[[u32; 3]]) -> (Vec<Point<3>>, Vec<u32>) {
+fn same_bits(vertices: &[Vec3], facets: &[[u32; 3]]) -> (Vec<Vec3>, Vec<u32>) {
     const NONE: u32 = u32::MAX;
-    let bits = |x: &Point<3>| [0, 1, 2].each(|i| (x[i] + 0.0).to_bits());
-    let mut unique: Vec<Point<3>> = Vec::new();
+    let bits = |x: &Vec3| [0, 1, 2].each(|i| (x[i] + 0.0).to_bits());
+    let mut unique: Vec<Vec3> = Vec::new();
     let mut number = vec![NONE; vertices.len()];
     // An open table of a quarter of the memory of a map: files may be large.
     let mut table = vec![NONE; (2 * vertices.len().min(3 * facets.len())).next_power_of_two()];
@@ -105,13 +105,12 @@ fn same_bits(vertices: &[Point<3>], facets: &[[u32; 3]]) -> (Vec<Point<3>>, Vec<
     (unique, number)
 }
 
-fn join_near(points: &[Point<3>], tolerance: f64, sets: &mut Disjoint) {
+fn join_near(points: &[Vec3], tolerance: f64, sets: &mut Disjoint) {
     // A ball of the tolerance meets one cell mostly, eight at most.
     let inverse = 0.125 / tolerance;
     let mut cells: Places<Cell> = Places::default();
     let mut next = vec![u32::MAX; points.len()];
-    let at =
-        |x: &Point<3>, shift: [f64; 3]| [0, 1, 2].each(|i| ((x[i] + shift[i] * tolerance) * inverse).floor() as i64);
+    let at = |x: &Vec3, shift: [f64; 3]| [0, 1, 2].each(|i| ((x[i] + shift[i] * tolerance) * inverse).floor() as i64);
     for (k, x) in points.iter().enumerate() {
         let (low, high) = (at(x, [-1.0; 3]), at(x, [1.0; 3]));
         for corner in 0..8 {
@@ -162,20 +161,20 @@ pub(super) fn drop_doubles(facets: &mut Vec<Facet>) {
 }
 
 /// Height of a triangle over its longest side, and the corner opposite of it.
-fn height(x: [Point<3>; 3]) -> (f64, usize) {
+fn height(x: [Vec3; 3]) -> (f64, usize) {
     let longest = (0..3).map(|k| ((x[(k + 2) % 3] - x[(k + 1) % 3]).norm(), k));
     let (length, corner) = longest.fold((0.0, 0), |best, side| if side.0 > best.0 { side } else { best });
     ((x[1] - x[0]).cross(&(x[2] - x[0])).norm() / length, corner)
 }
 
 /// Whether a facet is lower than `tolerance` over its longest side.
-fn is_flat(vertices: &[Point<3>], facet: &Facet, tolerance: f64) -> bool {
+fn is_flat(vertices: &[Vec3], facet: &Facet, tolerance: f64) -> bool {
     !(height(facet.corners.each(|vertex| vertices[vertex as usize])).0 > tolerance)
 }
 
 /// Drops facets lower than `tolerance` without which fewer edges bound an odd number of facets: slivers on an edge that bounds two facets
 /// already, whole or split.
-pub(super) fn drop_spare(vertices: &[Point<3>], facets: &mut Vec<Facet>, tolerance: f64) {
+pub(super) fn drop_spare(vertices: &[Vec3], facets: &mut Vec<Facet>, tolerance: f64) {
     let flat: Vec<usize> = (0..facets.len()).filter(|&k| is_flat(vertices, &facets[k], tolerance)).collect();
     if flat.is_empty() {
         return;
@@ -209,7 +208,7 @@ pub(super) fn drop_spare(vertices: &[Point<3>], facets: &mut Vec<Facet>, toleran
 }
 
 /// Facets lower than `tolerance` over their longest side: that side is turned, so that what lay on it bounds the facet beyond.
-pub(super) fn turn_flat(vertices: &[Point<3>], facets: &mut Vec<Facet>, tolerance: f64) {
+pub(super) fn turn_flat(vertices: &[Vec3], facets: &mut Vec<Facet>, tolerance: f64) {
     let corners_of = |facet: &Facet| facet.corners.each(|vertex| vertices[vertex as usize]);
     let is_flat = |facet: &Facet| is_flat(vertices, facet, tolerance);
     for _ in 0..ROUNDS {

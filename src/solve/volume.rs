@@ -1,8 +1,6 @@
 //! The volume behind a loaded boundary: control an inflation by what is pumped in.
 
-use nalgebra::{Matrix3, Vector3};
-
-use crate::geometry::padded;
+use crate::geometry::{Mat3, Vec3, padded};
 use crate::table::ShapeTable;
 use crate::tensor::{Tangent, add_determinant_hessian, cofactor};
 
@@ -34,10 +32,10 @@ impl<const D: usize> EnclosedVolume<D> {
     }
 
     /// Current position, deformation gradient and reference normal at a point.
-    fn state(&self, point: usize, d: &[f64]) -> (Vector3<f64>, Matrix3<f64>, Vector3<f64>) {
+    fn state(&self, point: usize, d: &[f64]) -> (Vec3, Mat3, Vec3) {
         let x = self.table.positions()[point] + self.table.displacement(point, d);
         let normal = self.table.normals()[point];
-        (padded(&x), Matrix3::identity() + self.table.displacement_gradient(point, d), padded(&normal))
+        (padded(&x), Mat3::identity() + self.table.displacement_gradient(point, d), padded(&normal))
     }
 
     fn total(&self, d: &[f64]) -> f64 {

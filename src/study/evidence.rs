@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector, Matrix3};
+use nalgebra::{DMatrix, DVector};
 
 use crate::each::{Each, EachOf, IntoEach, add, list_of, point_of};
 use crate::error::Error;
-use crate::geometry::{Point, all_padded};
+use crate::geometry::{Mat3, Point, Vec3, all_padded};
 use crate::material::{Material, Past};
 use crate::neighbours::BoxTree;
 use crate::scene::{BodyView, DiscreteBody, Problem, coefficients, values};
@@ -100,9 +100,9 @@ fn sensitivity(history: &[Level], last: [&Level; 2], k: usize, relative: &impl F
 /// What changes at a point.
 struct Change {
     /// The stress of shape $\mathbf P$, linearised at the finer state.
-    stress: Matrix3<f64>,
+    stress: Mat3,
     /// $\operatorname{cof}\mathbf F$, which does not change.
-    cofactor: Matrix3<f64>,
+    cofactor: Mat3,
     pressure: f64,
     /// $1/U''$.
     give: f64,
@@ -135,13 +135,13 @@ impl<'a, const D: usize> Changes<'a, D> {
             // a stress of it says nothing.
             let rest = body.material().rest();
             let past = Past { memory: &rest, elapsed: 0.0 };
-            let tangent = |f: &Matrix3<f64>| body.material().response_from(f, past).tangent;
+            let tangent = |f: &Mat3| body.material().response_from(f, past).tangent;
             let at = |(point, p): (usize, f64)| {
                 let [new, old] = [&state.displacement, &before].each(|d| body.deformation_gradient(point, d));
                 let strain = new - old;
                 let strain = point_of::<9>(|row| strain[(row / 3, row % 3)]);
                 let change = tangent(&new) * strain;
-                let change = Matrix3::from_fn(|i, j| change[3 * i + j]);
+                let change = Mat3::from_fn(|i, j| change[3 * i + j]);
                 let volumetric = body.material().volumetric().map(|volumetric| volumetric.evaluate(new.determinant()));
                 let give = volumetric.map_or(0.0, |volumetric| volumetric.curvature.recip());
                 Change { stress: change, cofactor: cofactor(&new), pressure: p, give }
@@ -240,7 +240,7 @@ impl<'a, const D: usize> Carry<'a, D> {
         let to = &to.discrete_bodies()[number];
         let number = from.discrete_bodies().iter().position(|other| other.name() == to.name()).unwrap_or(0);
         let from = &from.discrete_bodies()[number];
-        let particles: Vec<Point<3>> = all_padded(to.cells().positions());
+        let particles: Vec<Vec3> = all_padded(to.cells().positions());
         let bodies: [&dyn BodyView; 2] = [from, to];
         let (given, own) = (bodies[0].values_at(&particles)?, bodies[1].values_at(&particles)?);
         let given = given.into_mapped(|psi| psi.shifted(from.nodes().start));
@@ -313,8 +313,8 @@ mod tests {
     /// Points in a plane that is turned, but for rounding: the slope along it, and none across.
     #[test]
     fn points_in_a_plane_tell_no_slope_across() {
-        let [along, aside] = [Point::<3>::new(0.6, 0.8, 0.0), Point::<3>::new(0.0, 0.0, 1.0)];
-        let across = Point::<3>::new(0.8, -0.6, 0.0);
+        let [along, aside] = [Vec3::new(0.6, 0.8, 0.0), Vec3::new(0.0, 0.0, 1.0)];
+        let across = Vec3::new(0.8, -0.6, 0.0);
         let points = (0..9).map(|k| {
             let (s, t) = (f64::from(k % 3) - 0.3, f64::from(k / 3) + 0.2);
             let rounding = 1e-16 * f64::from((7 * k) % 5);

@@ -1,8 +1,7 @@
 //! The displacement gradient at a point of a table.
 
-use nalgebra::Matrix3;
-
 use crate::each::array_of;
+use crate::geometry::Mat3;
 use crate::simd::Arithmetic;
 
 /// $\nabla u$ at a point from its nodes and their gradients by slot; see [`ShapeTable::displacement_gradient`].
@@ -12,7 +11,7 @@ pub(crate) fn displacement_gradient<A: Arithmetic, const D: usize>(
     gradients: &[f64],
     hoops: &[usize],
     d: &[f64],
-) -> Matrix3<f64> {
+) -> Mat3 {
     // Four partial sums fill a register.
     const LANES: usize = 4;
     let n = nodes.len();
@@ -49,7 +48,7 @@ pub(crate) fn displacement_gradient<A: Arithmetic, const D: usize>(
         }
     }
     let total = |lanes: &[f64; LANES]| (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
-    let mut h = Matrix3::zeros();
+    let mut h = Mat3::zeros();
     for i in 0..D {
         for j in 0..D {
             h[(i, j)] = total(&sums[i][j]);

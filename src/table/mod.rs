@@ -16,12 +16,10 @@ pub use clusters::Clusters;
 pub(crate) use functions::check_values;
 pub(crate) use gradient::displacement_gradient;
 
-use nalgebra::Matrix3;
-
 use crate::cells::Smoothing;
 use crate::each::{Each, sum_of};
 use crate::error::{ApproximationError, Error, GeometryError, Invalid};
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Point};
 use crate::kinematics::Kinematics;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, ElementPoints, FiniteElements, Scratch, ShapeFunctions};
@@ -338,7 +336,7 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// Adds the forces of a stress at a point, $P:\nabla\Psi_I$ with hoops, to a vector over all nodes.
-    pub(crate) fn add_stress(&self, point: usize, stress: &Matrix3<f64>, forces: &mut [f64]) {
+    pub(crate) fn add_stress(&self, point: usize, stress: &Mat3, forces: &mut [f64]) {
         let hoops: f64 = self.hoop_components().summed(|&c| stress[(c, c)]);
         let (nodes, gradients) = (self.nodes(point), self.gradients(point));
         for (a, &node) in nodes.iter().enumerate() {
@@ -357,9 +355,9 @@ impl<const D: usize> ShapeTable<D> {
     /// to 3×3: $\nabla u$ with hoops on the diagonal; $F = I + \nabla u$. NaN where there is no such point, or `d` is too
     /// short for the nodes.
     #[inline]
-    pub fn displacement_gradient(&self, point: usize, d: &[f64]) -> Matrix3<f64> {
+    pub fn displacement_gradient(&self, point: usize, d: &[f64]) -> Mat3 {
         if !self.reads(point, d) {
-            return Matrix3::repeat(f64::NAN);
+            return Mat3::repeat(f64::NAN);
         }
         displacement_gradient::<Plain, D>(self.nodes(point), self.gradients(point), self.hoops, d)
     }

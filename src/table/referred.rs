@@ -1,10 +1,8 @@
 //! Tables referred to another configuration: the current one, or that of a body that has expanded.
 
-use nalgebra::Matrix3;
-
 use crate::each::{Each, sum_of};
 use crate::error::{Error, GeometryError, Invalid, SolveError};
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Point};
 use crate::tensor;
 
 use super::ShapeTable;
@@ -54,10 +52,10 @@ impl<const D: usize> ShapeTable<D> {
 
     /// The deformation gradient of no displacement: that of the elastic part where the body expands.
     #[inline(always)]
-    pub(crate) fn at_rest(&self, point: usize) -> Matrix3<f64> {
+    pub(crate) fn at_rest(&self, point: usize) -> Mat3 {
         match self.rest.get(point) {
-            None => Matrix3::identity(),
-            Some(&rest) => Matrix3::from_diagonal_element(rest),
+            None => Mat3::identity(),
+            Some(&rest) => Mat3::from_diagonal_element(rest),
         }
     }
 

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Matrix3;
-
+use crate::geometry::Mat3;
 use crate::material::{Material, Past};
 use crate::table::ShapeTable;
 
@@ -235,13 +234,13 @@ impl<const D: usize> Body<D> {
 
     /// The deformation gradient $F$ at a point of the table; NaN where there is no such point, or the displacement is too
     /// short.
-    pub fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
+    pub fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Mat3 {
         let rest = Past { memory: &self.rest[..self.material.memory()], elapsed: 0.0 };
         self.material.settled(&self.local_gradient(point, displacement), rest)
     }
 
     /// The same as the kinematics alone moves it.
-    pub(super) fn local_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
+    pub(super) fn local_gradient(&self, point: usize, displacement: &[f64]) -> Mat3 {
         self.table.at_rest(point) + self.table.displacement_gradient(point, displacement)
     }
 }

@@ -1,12 +1,11 @@
 //! What terms see and give, cluster by cluster.
 
-use nalgebra::Vector3;
-
 use super::at_points::{PointColumns, PointMatrix};
 use super::contraction::Windows;
 use super::lower::LowerBlocks;
 use super::point_panel::PointPanel;
 use super::uncondensed::Zone;
+use crate::geometry::Vec3;
 
 /// What a term sees of the state of an analysis.
 #[derive(Debug, Clone, Copy)]
@@ -82,11 +81,11 @@ impl Element {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ForceDensities {
     /// Reference positions \[length\], padded by zeros.
-    pub positions: Vec<Vector3<f64>>,
+    pub positions: Vec<Vec3>,
     /// Outward unit normals of the reference body; empty inside it.
-    pub normals: Vec<Vector3<f64>>,
+    pub normals: Vec<Vec3>,
     /// Reference areas or volumes, measure of the kinematics included.
     pub weights: Vec<f64>,
     /// Forces per reference area or volume \[stress, stress/length\].
-    pub forces: Vec<Vector3<f64>>,
+    pub forces: Vec<Vec3>,
 }

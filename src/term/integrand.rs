@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{SMatrix, SVector};
 
 use crate::each::{Each, list_of};
 use crate::error::SolveError;
-use crate::geometry::padded;
+use crate::geometry::{Mat3, Vec3, padded};
 use crate::table::ShapeTable;
 use crate::tensor::Tangent;
 
@@ -17,13 +17,13 @@ use super::{Amplitude, Element, ForceDensities, Layout, Term, View};
 #[derive(Debug, Clone, Copy)]
 pub struct PointState {
     /// Reference position $X$ \[length\], padded by zeros.
-    pub position: Vector3<f64>,
+    pub position: Vec3,
     /// Displacement $u$ \[length\], padded by zeros.
-    pub displacement: Vector3<f64>,
+    pub displacement: Vec3,
     /// Deformation gradient $F$.
-    pub deformation: Matrix3<f64>,
+    pub deformation: Mat3,
     /// Outward unit normal $N$ of the reference body; zero inside it.
-    pub normal: Vector3<f64>,
+    pub normal: Vec3,
     /// Load factor $\lambda$.
     pub load: f64,
 }
@@ -36,29 +36,29 @@ pub struct PointDerivatives {
     /// Stored energy density.
     pub energy: f64,
     /// $P = \partial\pi/\partial F$.
-    pub stress: Matrix3<f64>,
+    pub stress: Mat3,
     /// $\partial P/\partial F$.
     pub stress_by_gradient: Tangent,
     /// $\partial\pi/\partial u$: minus the external force.
-    pub force: Vector3<f64>,
+    pub force: Vec3,
     /// $\partial\\,\text{force}/\partial F$, column $3k + L$.
     pub force_by_gradient: SMatrix<f64, 3, 9>,
     /// $\partial\\,\text{force}/\partial u$.
-    pub force_by_displacement: Matrix3<f64>,
+    pub force_by_displacement: Mat3,
     /// $\partial\\,\text{force}/\partial\lambda$.
-    pub force_by_load: Vector3<f64>,
+    pub force_by_load: Vec3,
 }
 
 impl Default for PointDerivatives {
     fn default() -> Self {
         PointDerivatives {
             energy: 0.0,
-            stress: Matrix3::zeros(),
+            stress: Mat3::zeros(),
             stress_by_gradient: Tangent::zeros(),
-            force: Vector3::zeros(),
+            force: Vec3::zeros(),
             force_by_gradient: SMatrix::zeros(),
-            force_by_displacement: Matrix3::zeros(),
-            force_by_load: Vector3::zeros(),
+            force_by_displacement: Mat3::zeros(),
+            force_by_load: Vec3::zeros(),
         }
     }
 }
@@ -112,7 +112,7 @@ pub trait Integrand: Send + Sync {
     }
 
     /// The amplitudes that it follows at a point, see [`Term::amplitudes`].
-    fn amplitudes(&self, _at: &Vector3<f64>) -> Vec<Amplitude> {
+    fn amplitudes(&self, _at: &Vec3) -> Vec<Amplitude> {
         Vec::new()
     }
 
@@ -159,8 +159,8 @@ impl<const D: usize> Pointwise<D> {
         PointState {
             position: padded(&self.table.positions()[point]),
             displacement: padded(&self.table.displacement(point, view.displacement)),
-            deformation: Matrix3::identity() + self.table.displacement_gradient(point, view.displacement),
-            normal: self.table.normals().get(point).map_or_else(Vector3::zeros, padded),
+            deformation: Mat3::identity() + self.table.displacement_gradient(point, view.displacement),
+            normal: self.table.normals().get(point).map_or_else(Vec3::zeros, padded),
             load: view.load,
         }
     }
@@ -255,7 +255,7 @@ impl<const D: usize> Term for Pointwise<D> {
             }
             for (b, j) in (0..n).flat_map(|b| (0..D).map(move |j| (b, j))) {
                 // The derivatives of force and stress by an unknown, by the chain rule through F and u.
-                let (mut force, mut stress) = (Vector3::zeros(), SVector::<f64, 9>::zeros());
+                let (mut force, mut stress) = (Vec3::zeros(), SVector::<f64, 9>::zeros());
                 for (c, g) in made(b, j) {
                     if blocks.force_by_gradient {
                         force += derivatives.force_by_gradient.column(c) * g;
@@ -289,7 +289,7 @@ impl<const D: usize> Term for Pointwise<D> {
         }
         let mut bound: f64 = 1.0;
         for point in self.table.clusters().points(cluster) {
-            let f = Matrix3::identity() + self.table.displacement_gradient(point, view.displacement);
+            let f = Mat3::identity() + self.table.displacement_gradient(point, view.displacement);
             let df = self.table.displacement_gradient(point, step);
             bound = bound.min(largest_step(&f, &df)).min(largest_step_of_hoops(&f, &df, self.table.hoop_components()));
         }

@@ -1,8 +1,7 @@
 //! Internal variables of a body, point by point.
 
-use nalgebra::Matrix3;
-
 use crate::each::{Each, EachOf};
+use crate::geometry::Mat3;
 use crate::material::{Material, Past};
 use crate::tensor::cofactor;
 
@@ -52,7 +51,7 @@ impl<const D: usize> Body<D> {
     }
 
     /// The deformation gradient at a point in a view of the body: with the thickness that its history leaves a sheet.
-    pub(crate) fn deformation_in(&self, point: usize, view: View<'_>) -> Matrix3<f64> {
+    pub(crate) fn deformation_in(&self, point: usize, view: View<'_>) -> Mat3 {
         self.material.settled(&self.local_gradient(point, view.displacement), self.recall(view).at(point))
     }
 
@@ -120,7 +119,7 @@ impl<const D: usize> Body<D> {
 
     /// The first Piola–Kirchhoff stress at a point with deformation gradient `f` \[stress\], of the material, at fixed memory;
     /// without the pressure of the zone.
-    pub(crate) fn stress(&self, point: usize, f: &Matrix3<f64>, view: View<'_>) -> Matrix3<f64> {
+    pub(crate) fn stress(&self, point: usize, f: &Mat3, view: View<'_>) -> Mat3 {
         let stress = self.material.response_from(f, self.recall(view).at(point)).stress;
         match self.material.volumetric() {
             Some(volumetric) => stress + cofactor(f) * volumetric.evaluate(f.determinant()).slope,

@@ -1,7 +1,6 @@
 //! The linearisation of a body over one cluster.
 
-use nalgebra::Matrix3;
-
+use crate::geometry::Mat3;
 use crate::material::{Material, VolumetricEnergy, respond_to_volume};
 use crate::simd::{Arithmetic, LANES, Task, dispatch};
 use crate::table::displacement_gradient;
@@ -142,14 +141,7 @@ struct Pressure {
 impl Pressure {
     /// Adds to a stress and, where there is one, a tangent.
     #[inline(always)]
-    fn add_to(
-        &self,
-        components: &Components,
-        f: &Matrix3<f64>,
-        cof: &Matrix3<f64>,
-        stress: &mut [f64],
-        tangent: Option<&mut [f64]>,
-    ) {
+    fn add_to(&self, components: &Components, f: &Mat3, cof: &Mat3, stress: &mut [f64], tangent: Option<&mut [f64]>) {
         let of = &components.of[..components.count];
         for (stress, &c) in stress.iter_mut().zip(of) {
             *stress += self.force * cof[(c / 3, c % 3)];
@@ -186,7 +178,7 @@ impl<'a> Law<'a> {
     }
 
     #[inline(always)]
-    fn respond(&self, point: usize, f: &Matrix3<f64>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+    fn respond(&self, point: usize, f: &Mat3, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
         self.material.respond(f, self.recall.at(point), of, stress, tangent);
         if let Some(own) = self.own {
             respond_to_volume(own, f, of, stress, tangent);
@@ -305,7 +297,7 @@ impl<const D: usize> Summed<'_, D> {
         &mut self,
         (volumetric, recall): (&dyn VolumetricEnergy, &Recall<'_>),
         (point, group): (usize, usize),
-        (f, cof): (&Matrix3<f64>, &Matrix3<f64>),
+        (f, cof): (&Mat3, &Mat3),
         windows: &Windows,
         vectors: &mut Vectors<'_>,
     ) -> Pressure {

@@ -1,9 +1,8 @@
 //! Loads: dead forces, follower pressure, elastic foundation.
 
-use nalgebra::Vector3;
-
 use crate::each::array_of;
 use crate::error::{Invalid, SolveError};
+use crate::geometry::Vec3;
 use crate::tensor::cofactor;
 
 use super::amplitude::Amplitude;
@@ -14,7 +13,7 @@ use super::integrand::{Integrand, PointDerivatives, PointState, Sparsity};
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeadLoad {
     /// The force density $b$ \[stress/length, stress or force\].
-    pub force: Vector3<f64>,
+    pub force: Vec3,
     /// Its factor $a(\lambda)$.
     pub amplitude: Amplitude,
 }
@@ -34,7 +33,7 @@ impl Integrand for DeadLoad {
         self.amplitude.break_points()
     }
 
-    fn amplitudes(&self, _: &Vector3<f64>) -> Vec<Amplitude> {
+    fn amplitudes(&self, _: &Vec3) -> Vec<Amplitude> {
         vec![self.amplitude.clone()]
     }
 }
@@ -63,7 +62,7 @@ impl Integrand for FollowerPressure {
         derivatives.force = area * (self.pressure * factor);
         derivatives.force_by_load = area * (self.pressure * slope);
         // ∂cof F_iJ/∂F_kL N_J = ε_ikm (f_m × N)_L with the rows f_m of F.
-        let rows: [Vector3<f64>; 3] = array_of(|m| at.deformation.row(m).transpose().cross(&at.normal));
+        let rows: [Vec3; 3] = array_of(|m| at.deformation.row(m).transpose().cross(&at.normal));
         for i in 0..3 {
             let (k, m) = ((i + 1) % 3, (i + 2) % 3);
             for l in 0..3 {
@@ -81,7 +80,7 @@ impl Integrand for FollowerPressure {
         self.amplitude.break_points()
     }
 
-    fn amplitudes(&self, _: &Vector3<f64>) -> Vec<Amplitude> {
+    fn amplitudes(&self, _: &Vec3) -> Vec<Amplitude> {
         vec![self.amplitude.clone()]
     }
 

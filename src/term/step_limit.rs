@@ -1,7 +1,6 @@
 //! The step limiter: no step passes through an inverted state.
 
-use nalgebra::Matrix3;
-
+use crate::geometry::Mat3;
 use crate::tensor::cofactor;
 
 /// Part of the determinant that must be left along a step.
@@ -19,7 +18,7 @@ pub(crate) fn largest_part(theta: f64, step: f64) -> f64 {
 /// Testing the end alone lets a step pass through inversion and land on a state with two axes flipped
 /// and $J > 0$. The determinant is a cubic in $t$. Returns 0 where $\det F \le 0$ or a number is not finite.
 #[inline]
-pub(crate) fn largest_step(f: &Matrix3<f64>, step: &Matrix3<f64>) -> f64 {
+pub(crate) fn largest_step(f: &Mat3, step: &Mat3) -> f64 {
     let now = f.determinant();
     let linear = cofactor(f).dot(step);
     let quadratic = f.dot(&cofactor(step));
@@ -69,7 +68,7 @@ pub(crate) fn largest_step(f: &Matrix3<f64>, step: &Matrix3<f64>) -> f64 {
 /// beyond the axis of revolution may well have $J > 0$, the radial stretch being negative too. Returns 0 where one is
 /// not positive.
 #[inline]
-pub(super) fn largest_step_of_hoops(f: &Matrix3<f64>, step: &Matrix3<f64>, hoops: &[usize]) -> f64 {
+pub(super) fn largest_step_of_hoops(f: &Mat3, step: &Mat3, hoops: &[usize]) -> f64 {
     let mut bound: f64 = 1.0;
     for &hoop in hoops {
         let (now, change) = (f[(hoop, hoop)], step[(hoop, hoop)]);
@@ -84,7 +83,7 @@ pub(super) fn largest_step_of_hoops(f: &Matrix3<f64>, step: &Matrix3<f64>, hoops
 }
 
 /// $\det F$, with a negative sign where a hoop stretch is not positive: beyond the axis of revolution.
-pub(super) fn jacobian(f: &Matrix3<f64>, hoops: &[usize]) -> f64 {
+pub(super) fn jacobian(f: &Mat3, hoops: &[usize]) -> f64 {
     let j = f.determinant();
     if hoops.iter().any(|&hoop| f[(hoop, hoop)] <= 0.0) { -j.abs() } else { j }
 }
@@ -92,24 +91,25 @@ pub(super) fn jacobian(f: &Matrix3<f64>, hoops: &[usize]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Vec3;
     use approx::assert_abs_diff_eq;
 
     #[test]
     fn steps_stop_before_inversion_even_where_the_end_is_sound() {
-        let identity = Matrix3::identity();
+        let identity = Mat3::identity();
         // Two axes flip: J = (1 − 2t)² is 1 at both ends and 0 in between.
-        let flip = Matrix3::from_diagonal(&nalgebra::Vector3::new(-2.0, -2.0, 0.0));
+        let flip = Mat3::from_diagonal(&Vec3::new(-2.0, -2.0, 0.0));
         let s = largest_step(&identity, &flip);
         assert_abs_diff_eq!((1.0 - 2.0 * s).powi(2), 0.2, epsilon = 1e-12);
         assert_eq!(largest_step(&identity, &(identity * 3.0)), 1.0);
-        assert_eq!(largest_step(&identity, &Matrix3::zeros()), 1.0);
-        assert_eq!(largest_step(&-identity, &Matrix3::zeros()), 0.0);
-        assert_eq!(largest_step(&identity, &Matrix3::repeat(f64::NAN)), 0.0);
+        assert_eq!(largest_step(&identity, &Mat3::zeros()), 1.0);
+        assert_eq!(largest_step(&-identity, &Mat3::zeros()), 0.0);
+        assert_eq!(largest_step(&identity, &Mat3::repeat(f64::NAN)), 0.0);
     }
 
     #[test]
     fn no_step_leads_beyond_the_axis() {
-        let diagonal = |r, hoop| Matrix3::from_diagonal(&nalgebra::Vector3::new(r, hoop, 1.0));
+        let diagonal = |r, hoop| Mat3::from_diagonal(&Vec3::new(r, hoop, 1.0));
         let (f, step) = (diagonal(2.0, 0.5), diagonal(0.0, -1.0) - diagonal(0.0, 0.0));
         assert_eq!(largest_step_of_hoops(&f, &step, &[]), 1.0);
         assert_abs_diff_eq!(largest_step_of_hoops(&f, &step, &[1]), 0.4, epsilon = 1e-15);
@@ -126,8 +126,8 @@ mod tests {
     fn the_bound_is_the_first_crossing() {
         let mut random = fastrand::Rng::with_seed(11);
         for _ in 0..2000 {
-            let f = Matrix3::identity() + Matrix3::from_fn(|_, _| 0.4 * (random.f64() - 0.5));
-            let step = Matrix3::from_fn(|_, _| 4.0 * (random.f64() - 0.5));
+            let f = Mat3::identity() + Mat3::from_fn(|_, _| 0.4 * (random.f64() - 0.5));
+            let step = Mat3::from_fn(|_, _| 4.0 * (random.f64() - 0.5));
             let s = largest_step(&f, &step);
             let floor = 0.2 * f.determinant();
             for i in 0..=200 {

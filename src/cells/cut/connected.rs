@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
 
 use crate::each::{EachOf, IntoEach, array_of};
-use crate::geometry::{Bounds, Point};
+use crate::geometry::{Bounds, Vec3};
 use crate::neighbours::Adjacent;
 use crate::parallel::map_with;
 
@@ -61,7 +61,7 @@ pub(super) struct Divided {
     /// Bricks along each side of its leaf.
     pub(super) size: i32,
     /// The corner of leaves that its coordinates are counted from.
-    pub(super) low: Point<3>,
+    pub(super) low: Vec3,
     pub(super) split: Split,
     pub(super) sections: Sections,
     pub(super) parts: Parts,
@@ -81,12 +81,12 @@ impl Divided {
     }
 
     /// A place of the lattice in its coordinates.
-    pub(super) fn local(&self, x: &Point<3>) -> Point<3> {
+    pub(super) fn local(&self, x: &Vec3) -> Vec3 {
         (x - self.low).map(|x| x * self.per_brick() + FIRST)
     }
 
     /// The place of its coordinates in the lattice.
-    pub(super) fn place(&self, u: &Point<3>) -> Point<3> {
+    pub(super) fn place(&self, u: &Vec3) -> Vec3 {
         self.low + u.map(|u| (u - FIRST) / self.per_brick())
     }
 
@@ -96,7 +96,7 @@ impl Divided {
     }
 
     /// Adds the divisions that hold a place of the lattice, the nearest one where it lies outside of all.
-    fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {
+    fn at(&self, x: &Vec3, found: &mut Vec<u32>) {
         let (u, first) = (self.local(x), found.len());
         self.connected().at(&u, found);
         if found.len() == first {
@@ -141,8 +141,7 @@ impl Bricks {
         for brick in 0..grid.len() {
             for &part in self.of(brick) {
                 let place = grid.place(brick);
-                let [low, high] =
-                    [0, grid.size(place)].each(|end| Point::<3>::from(place.each(|at| f64::from(at + end))));
+                let [low, high] = [0, grid.size(place)].each(|end| Vec3::from(place.each(|at| f64::from(at + end))));
                 with(part, Bounds { low: low.add_scalar(-EDGE_ON), high: high.add_scalar(EDGE_ON) });
             }
         }
@@ -150,7 +149,7 @@ impl Bricks {
 }
 
 /// The solid angle of a triangle seen from the origin (van Oosterom and Strackee 1983).
-fn solid_angle([a, b, c]: [Point<3>; 3]) -> f64 {
+fn solid_angle([a, b, c]: [Vec3; 3]) -> f64 {
     let lengths = [a, b, c].each(|corner| corner.norm());
     let whole: f64 = lengths.iter().product();
     let volume = a.dot(&cross(&b, &c));
@@ -162,7 +161,7 @@ fn solid_angle([a, b, c]: [Point<3>; 3]) -> f64 {
 
 impl Connected<'_> {
     /// The part of the full solid angle around a point that a sub-cell fills: one inside, a half on its faces.
-    fn share(&self, part: u32, x: &Point<3>) -> f64 {
+    fn share(&self, part: u32, x: &Vec3) -> f64 {
         let part = &self.parts.parts[part as usize];
         let mut angle = 0.0;
         let point = |corner: u32| self.sections.point(self.split, corner) - x;
@@ -176,7 +175,7 @@ impl Connected<'_> {
     }
 
     /// Adds the sub-cells that hold a point, or the one nearby that it is most inside of: points of a rule may lie a little outside.
-    pub(super) fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {
+    pub(super) fn at(&self, x: &Vec3, found: &mut Vec<u32>) {
         let first = found.len();
         for reach in [EDGE_ON, self.sections.grid.scale(x)] {
             self.within(x, reach, found);
@@ -195,7 +194,7 @@ impl Connected<'_> {
     }
 
     /// Adds the sub-cells in whose leaves a point lies, among which are all that hold it; false where that is not known.
-    fn near(&self, x: &Point<3>, found: &mut Vec<u32>) -> bool {
+    fn near(&self, x: &Vec3, found: &mut Vec<u32>) -> bool {
         let grid = &self.sections.grid;
         let first = found.len();
         let ranges: [[i32; 2]; 3] = array_of(|i| {
@@ -238,7 +237,7 @@ impl Connected<'_> {
     }
 
     /// Hands out the triangles of a patch with the sub-cells or divisions that they bound.
-    pub(super) fn each_wall(&self, patch: u32, mut with: impl FnMut(u32, [Point<3>; 3])) {
+    pub(super) fn each_wall(&self, patch: u32, mut with: impl FnMut(u32, [Vec3; 3])) {
         let part = self.by_brick.of_patch[patch as usize];
         if part == NONE {
             return;
@@ -259,7 +258,7 @@ impl Connected<'_> {
     }
 
     /// The same in the bricks within a distance.
-    fn within(&self, x: &Point<3>, reach: f64, found: &mut Vec<u32>) {
+    fn within(&self, x: &Vec3, reach: f64, found: &mut Vec<u32>) {
         let first = found.len();
         let mut best: Option<(f64, u32)> = None;
         let grid = &self.sections.grid;
@@ -310,7 +309,7 @@ impl Connected<'_> {
             }
             // The whole face between the bricks, however little of it the solid fills.
             let section = &self.sections.sections[section as usize];
-            let low = Point::<3>::from(self.sections.grid.place(section.brick as usize).each(f64::from));
+            let low = Vec3::from(self.sections.grid.place(section.brick as usize).each(f64::from));
             let mut high = low.add_scalar(f64::from(section.size));
             high[section.axis as usize] = low[section.axis as usize];
             with(other, &Bounds { low, high });
@@ -324,7 +323,7 @@ impl Adjacent<3> for Connected<'_> {
         self.parts.parts.len().max(self.by_brick.divisions.count)
     }
 
-    fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {
+    fn at(&self, x: &Vec3, found: &mut Vec<u32>) {
         Connected::at(self, x, found);
     }
 
@@ -356,7 +355,7 @@ pub(super) struct Whole {
 
 impl Whole {
     /// Cells are given by their sub-cells, particles by their places in the lattice.
-    pub(super) fn new(frame: &Frame, connected: &Connected, cells: &[Vec<u32>], particles: &[Point<3>]) -> Self {
+    pub(super) fn new(frame: &Frame, connected: &Connected, cells: &[Vec<u32>], particles: &[Vec3]) -> Self {
         let divisions = &connected.by_brick.divisions;
         let mut first: Vec<u32> = (0..divisions.count as u32).collect();
         for parts in cells.iter().filter(|parts| !parts.iter().any(|part| divisions.of_part.contains_key(part))) {
@@ -394,7 +393,7 @@ impl Whole {
             beside,
             bounds,
         };
-        let around = |x: &Point<3>| {
+        let around = |x: &Vec3| {
             let mut found = Vec::new();
             all.in_lattice(x, &mut found);
             found
@@ -404,7 +403,7 @@ impl Whole {
     }
 
     /// Adds what holds a point of the lattice.
-    fn in_lattice(&self, u: &Point<3>, found: &mut Vec<u32>) {
+    fn in_lattice(&self, u: &Vec3, found: &mut Vec<u32>) {
         let before = found.len();
         self.connected().at(u, found);
         found[before..].iter_mut().for_each(|number| *number = self.first[*number as usize]);
@@ -421,11 +420,11 @@ impl Adjacent<3> for Whole {
         self.first.len()
     }
 
-    fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {
+    fn at(&self, x: &Vec3, found: &mut Vec<u32>) {
         self.in_lattice(&self.frame.local(x), found);
     }
 
-    fn near(&self, x: &Point<3>, found: &mut Vec<u32>) -> bool {
+    fn near(&self, x: &Vec3, found: &mut Vec<u32>) -> bool {
         let before = found.len();
         if !self.connected().near(&self.frame.local(x), found) {
             found.truncate(before);
@@ -450,11 +449,11 @@ impl Adjacent<3> for Whole {
         self.beside[cell as usize].iter().for_each(|(other, face)| with(*other, face));
     }
 
-    fn in_boxes(&self, x: &Point<3>) -> Point<3> {
+    fn in_boxes(&self, x: &Vec3) -> Vec3 {
         self.frame.local(x)
     }
 
-    fn margin_of_boxes(&self, margin: &Point<3>) -> Point<3> {
+    fn margin_of_boxes(&self, margin: &Vec3) -> Vec3 {
         margin / self.frame.size
     }
 }

@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use nalgebra::{Matrix3, SymmetricEigen};
+use nalgebra::SymmetricEigen;
 
 use crate::each::{Each, EachOf};
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Vec3};
 
 use super::parts::cross;
 
@@ -17,7 +17,7 @@ const FLAT: f64 = 1e-9;
 /// A sharp edge between corners, or around.
 #[derive(Debug, Clone)]
 pub(super) struct Crease {
-    pub(super) points: Vec<Point<3>>,
+    pub(super) points: Vec<Vec3>,
     pub(super) closed: bool,
 }
 
@@ -25,7 +25,7 @@ pub(super) struct Crease {
 #[derive(Debug, Clone)]
 pub(super) struct Features {
     pub(super) creases: Vec<Crease>,
-    pub(super) corners: Vec<Point<3>>,
+    pub(super) corners: Vec<Vec3>,
     /// The piece of each facet.
     pub(super) pieces: Vec<u32>,
     /// Whether the facets of a piece have different normals.
@@ -35,18 +35,18 @@ pub(super) struct Features {
     /// Lengths of the edges between pieces, the lower one first.
     pub(super) beside: BTreeMap<[u32; 2], f64>,
     /// Unit normals of facets.
-    pub(super) normals: Vec<Point<3>>,
+    pub(super) normals: Vec<Vec3>,
 }
 
 impl Features {
     /// Facets with the same mark and no sharp edge between them are one piece.
-    pub(super) fn new(points: &[Point<3>], facets: &[[u32; 3]], marks: &[u32]) -> Self {
+    pub(super) fn new(points: &[Vec3], facets: &[[u32; 3]], marks: &[u32]) -> Self {
         let normal = |corners: &[u32; 3]| {
             let [a, b, c] = corners.each(|corner| points[corner as usize]);
             let area = cross(&(b - a), &(c - a));
             area / area.norm().max(f64::MIN_POSITIVE)
         };
-        let normals: Vec<Point<3>> = facets.mapped(normal);
+        let normals: Vec<Vec3> = facets.mapped(normal);
         // Sorted in one list: a list for each edge would be allocated by itself.
         let mut edges: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * facets.len());
         for (facet, corners) in facets.iter().enumerate() {
@@ -109,7 +109,7 @@ impl Features {
 }
 
 /// The piece of each facet, and whether each piece has different normals; facets are given by those beside them.
-fn pieces(normals: &[Point<3>], beside: &[[u32; 3]]) -> (Vec<u32>, Vec<bool>) {
+fn pieces(normals: &[Vec3], beside: &[[u32; 3]]) -> (Vec<u32>, Vec<bool>) {
     let mut pieces = vec![u32::MAX; beside.len()];
     let mut curved = Vec::new();
     for first in 0..beside.len() {
@@ -134,14 +134,14 @@ fn pieces(normals: &[Point<3>], beside: &[[u32; 3]]) -> (Vec<u32>, Vec<bool>) {
 }
 
 /// One more than the dimensions that the normals of each piece spread over.
-fn needs(normals: &[Point<3>], pieces: &[u32], count: usize) -> Vec<usize> {
-    let mut first: Vec<Option<Point<3>>> = vec![None; count];
-    let mut spread = vec![Matrix3::<f64>::zeros(); count];
+fn needs(normals: &[Vec3], pieces: &[u32], count: usize) -> Vec<usize> {
+    let mut first: Vec<Option<Vec3>> = vec![None; count];
+    let mut spread = vec![Mat3::zeros(); count];
     for (normal, &piece) in normals.iter().zip(pieces) {
         let off = normal - *first[piece as usize].get_or_insert(*normal);
         spread[piece as usize] += off * off.transpose();
     }
-    let dimensions = |spread: &Matrix3<f64>| {
+    let dimensions = |spread: &Mat3| {
         let squares = SymmetricEigen::new(*spread).eigenvalues;
         squares.iter().filter(|square| **square > FLAT.max(1e-6 * squares.max())).count()
     };
@@ -149,7 +149,7 @@ fn needs(normals: &[Point<3>], pieces: &[u32], count: usize) -> Vec<usize> {
 }
 
 /// Sharp edges joined end to end between corners.
-fn creases(points: &[Point<3>], sharp: &BTreeMap<u32, Vec<u32>>, corners: &[u32]) -> Vec<Crease> {
+fn creases(points: &[Vec3], sharp: &BTreeMap<u32, Vec<u32>>, corners: &[u32]) -> Vec<Crease> {
     let is_corner = |at: u32| corners.binary_search(&at).is_ok();
     let mut seen: HashMap<(u32, u32), ()> = HashMap::new();
     let mut found = Vec::new();

@@ -1,10 +1,8 @@
 //! Where a lattice lies in a part: its axes and its origin.
 
-use nalgebra::Matrix3;
-
 use crate::each::{Each, EachOf};
 use crate::error::{GeometryError, Invalid};
-use crate::geometry::{Point, unit};
+use crate::geometry::{Mat3, Vec3, unit};
 use crate::order;
 
 use super::grid::{Grid, MACRO};
@@ -28,41 +26,41 @@ const MOST: f64 = 2e8;
 #[derive(Debug, Clone)]
 pub(super) struct Frame {
     /// None for the axes of space.
-    pub(super) axes: Option<Matrix3<f64>>,
-    pub(super) origin: Point<3>,
+    pub(super) axes: Option<Mat3>,
+    pub(super) origin: Vec3,
     pub(super) size: f64,
 }
 
 impl Frame {
     /// Coordinates of the lattice at a place.
-    pub(super) fn local(&self, x: &Point<3>) -> Point<3> {
+    pub(super) fn local(&self, x: &Vec3) -> Vec3 {
         let away = (x - self.origin) / self.size;
         self.axes.map_or(away, |axes| axes.tr_mul(&away))
     }
 
     /// The place of coordinates of the lattice.
-    pub(super) fn place(&self, u: &Point<3>) -> Point<3> {
+    pub(super) fn place(&self, u: &Vec3) -> Vec3 {
         self.origin + self.turned(u) * self.size
     }
 
     /// A direction of the lattice in space.
-    pub(super) fn turned(&self, u: &Point<3>) -> Point<3> {
+    pub(super) fn turned(&self, u: &Vec3) -> Vec3 {
         self.axes.map_or(*u, |axes| axes * u)
     }
 
     /// A lattice around a part, the first axis along the largest plane faces, and the bricks that hold it: `finest` of them along a
     /// brick of the largest spacing.
     pub(super) fn around(
-        vertices: &[Point<3>],
-        axes: Option<Matrix3<f64>>,
+        vertices: &[Vec3],
+        axes: Option<Mat3>,
         spacing: f64,
         finest: usize,
     ) -> Result<(Self, Grid), GeometryError> {
         let size = spacing / (STEP * finest) as f64;
         // Macro cells of the coarsest level, and where there is one level alone, cells.
         let whole = if finest == 1 { STEP } else { MACRO * finest };
-        let mut frame = Frame { axes, origin: Point::<3>::zeros(), size };
-        let mut shift = Point::<3>::zeros();
+        let mut frame = Frame { axes, origin: Vec3::zeros(), size };
+        let mut shift = Vec3::zeros();
         let mut counts = [0; 3];
         for axis in 0..3 {
             let mut along: Vec<f64> = vertices.mapped(|x| frame.local(x)[axis]);
@@ -113,9 +111,9 @@ impl Frame {
 }
 
 /// Axes along the largest plane faces; none where those of space are as good.
-pub(super) fn dominant_axes(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Option<Matrix3<f64>> {
-    let mut directions: Vec<(Point<3>, f64)> = Vec::new();
-    let mut areas: Vec<(Point<3>, f64)> = facets.mapped(|facet| {
+pub(super) fn dominant_axes(vertices: &[Vec3], facets: &[[u32; 3]]) -> Option<Mat3> {
+    let mut directions: Vec<(Vec3, f64)> = Vec::new();
+    let mut areas: Vec<(Vec3, f64)> = facets.mapped(|facet| {
         let [a, b, c] = facet.each(|corner| vertices[corner as usize]);
         let area = cross(&(b - a), &(c - a)) * 0.5;
         (area / area.norm().max(f64::MIN_POSITIVE), area.norm())
@@ -133,7 +131,7 @@ pub(super) fn dominant_axes(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Optio
     directions.retain(|direction| direction.1 > DOMINANT * whole);
     order::sort(&mut directions, &|a, b| b.1.total_cmp(&a.1));
     let first = directions.first()?.0;
-    let across = |x: &Point<3>| x - first * first.dot(x);
+    let across = |x: &Vec3| x - first * first.dot(x);
     let second = directions.iter().map(|direction| direction.0).find(|normal| normal.dot(&first).abs() < 1e-6);
     let flattest = (0..3).min_by(|&a, &b| first[a].abs().total_cmp(&first[b].abs())).unwrap_or(0);
     let second = across(&second.unwrap_or_else(|| unit(flattest))).normalize();
@@ -143,5 +141,5 @@ pub(super) fn dominant_axes(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Optio
     if axes.iter().all(|axis| axis.amax() > 1.0 - 1e-12) {
         return None;
     }
-    Some(Matrix3::from_columns(&axes))
+    Some(Mat3::from_columns(&axes))
 }

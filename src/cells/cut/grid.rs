@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::each::{EachOf, array_of};
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 
 /// Bricks along each side of a macro cell of the finest level: two cells of two.
 pub(super) const MACRO: usize = 4;
@@ -114,7 +114,7 @@ impl Grid {
     }
 
     /// The bricks in which the corners of a cube around a point lie.
-    fn at_corners(x: &Point<3>, half: f64) -> impl Iterator<Item = [i32; 3]> {
+    fn at_corners(x: &Vec3, half: f64) -> impl Iterator<Item = [i32; 3]> {
         (0..8).map(move |corner: i32| {
             let side = |i: usize| if (corner >> i) & 1 == 1 { half } else { -half };
             array_of(|i| (x[i] + side(i)).floor() as i32)
@@ -122,20 +122,20 @@ impl Grid {
     }
 
     /// Half the spacing at a point: the smaller one on a face between two levels.
-    pub(super) fn scale(&self, x: &Point<3>) -> f64 {
+    pub(super) fn scale(&self, x: &Vec3) -> f64 {
         let least = || Self::at_corners(x, ON_FACE).map(|at| self.half_spacing(at)).min().unwrap_or(1);
         if self.is_even() { 1.0 } else { f64::from(least()) }
     }
 
     /// The size of the smallest leaf that a point lies in or on.
-    pub(super) fn leaf_scale(&self, x: &Point<3>) -> f64 {
+    pub(super) fn leaf_scale(&self, x: &Vec3) -> f64 {
         let least = || Self::at_corners(x, ON_FACE).map(|at| self.size(at)).min().unwrap_or(1);
         if self.is_even() { 1.0 } else { f64::from(least()) }
     }
 
     /// The largest of half the spacings that a cube of one spacing around a point meets where a leaf counts: what lies on a face between two
     /// levels belongs to the coarser one.
-    pub(super) fn widest(&self, x: &Point<3>, counts: impl Fn([i32; 3]) -> bool) -> f64 {
+    pub(super) fn widest(&self, x: &Vec3, counts: impl Fn([i32; 3]) -> bool) -> f64 {
         if self.is_even() {
             return 1.0;
         }

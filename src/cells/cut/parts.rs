@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::each::{Each, EachOf, list_of};
-use crate::geometry::{Disjoint, Point};
+use crate::geometry::{Disjoint, Vec3};
 use crate::order;
 
 use super::sections::{Sections, others};
@@ -21,7 +21,7 @@ pub(super) struct Part {
     /// The brick that it lies in; that of the largest of several.
     pub(super) brick: u32,
     pub(super) volume: f64,
-    pub(super) centre: Point<3>,
+    pub(super) centre: Vec3,
     /// Sections around it, with the sign that turns them outward; none inside.
     pub(super) sections: Vec<(u32, f64)>,
     /// Patches of the surface around it.
@@ -36,7 +36,7 @@ pub(super) struct Parts {
 }
 
 /// Areas and centres are those of triangles: $\int n\,\mathrm dA$ and the moments that the divergence theorem needs.
-fn triangle(corners: &[Point<3>; 3], sign: f64, origin: &Point<3>) -> (f64, Point<3>) {
+fn triangle(corners: &[Vec3; 3], sign: f64, origin: &Vec3) -> (f64, Vec3) {
     let [a, b, c] = corners.each(|corner| corner - origin);
     // Of the tetrahedron to the origin.
     let volume = sign * a.dot(&cross(&b, &c)) / 6.0;
@@ -44,8 +44,8 @@ fn triangle(corners: &[Point<3>; 3], sign: f64, origin: &Point<3>) -> (f64, Poin
 }
 
 /// The vector product.
-pub(super) fn cross(a: &Point<3>, b: &Point<3>) -> Point<3> {
-    Point::<3>::new(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+pub(super) fn cross(a: &Vec3, b: &Vec3) -> Vec3 {
+    Vec3::new(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 }
 
 impl Parts {
@@ -66,7 +66,7 @@ impl Parts {
             }
             if by_brick.patches(brick).is_empty() {
                 let around = around(sections, brick, place);
-                let centre = Point::<3>::from(place.each(|at| f64::from(at) + 0.5));
+                let centre = Vec3::from(place.each(|at| f64::from(at) + 0.5));
                 all.push(Part { brick: brick as u32, volume: 1.0, centre, sections: around, patches: Vec::new() });
                 continue;
             }
@@ -212,7 +212,7 @@ fn whole_leaf(sections: &Sections, brick: u32, place: [i32; 3]) -> Part {
             }
         }
     }
-    let centre = Point::<3>::from(place.each(|at| f64::from(at) + 0.5 * f64::from(size)));
+    let centre = Vec3::from(place.each(|at| f64::from(at) + 0.5 * f64::from(size)));
     Part { brick, volume: f64::from(size).powi(3), centre, sections: around, patches: Vec::new() }
 }
 
@@ -254,14 +254,14 @@ fn cut(split: &Split, sections: &Sections, brick: u32, patches: &[u32]) -> Vec<P
     for pair in corners.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
         sets.join(pair[0].1 as usize, pair[1].1 as usize);
     }
-    let middle = Point::<3>::from(place.each(|at| f64::from(at) + 0.5));
+    let middle = Vec3::from(place.each(|at| f64::from(at) + 0.5));
     let mut parts: Vec<Part> = Vec::new();
     let mut number: HashMap<usize, usize> = HashMap::new();
     for element in 0..count {
         let set = sets.leader(element);
         let own = *number.entry(set).or_insert_with(|| {
             let (sections, patches) = (Vec::new(), Vec::new());
-            parts.push(Part { brick, volume: 0.0, centre: Point::<3>::zeros(), sections, patches });
+            parts.push(Part { brick, volume: 0.0, centre: Vec3::zeros(), sections, patches });
             parts.len() - 1
         });
         let part = &mut parts[own];
@@ -298,7 +298,7 @@ pub(super) fn each_triangle(sections: &Sections, section: u32, mut with: impl Fn
 }
 
 /// Surfaces of voids joined to the parts around them, and centres from moments.
-fn enclosed(mut parts: Vec<Part>, split: &Split, middle: &Point<3>) -> Vec<Part> {
+fn enclosed(mut parts: Vec<Part>, split: &Split, middle: &Vec3) -> Vec<Part> {
     while parts.len() > 1 {
         let Some(void) = parts.iter().position(|part| part.volume < 0.0) else { break };
         let hole = parts.remove(void);
@@ -315,9 +315,8 @@ fn enclosed(mut parts: Vec<Part>, split: &Split, middle: &Point<3>) -> Vec<Part>
             true => middle + part.centre / part.volume,
             false => {
                 let corners = part.patches.iter().flat_map(|&patch| split.patches[patch as usize].corners);
-                let (sum, count) = corners.fold((Point::<3>::zeros(), 0), |(sum, count), corner| {
-                    (sum + split.points[corner as usize], count + 1)
-                });
+                let (sum, count) = corners
+                    .fold((Vec3::zeros(), 0), |(sum, count), corner| (sum + split.points[corner as usize], count + 1));
                 if count > 0 { sum / f64::from(count) } else { *middle }
             }
         };

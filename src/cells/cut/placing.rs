@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::each::{EachOf, IntoEach, array_of};
-use crate::geometry::{Bounds, Point};
+use crate::geometry::{Bounds, Vec3};
 use crate::neighbours::{MARGIN, Search};
 use crate::order;
 use crate::solid::foot;
@@ -26,9 +26,9 @@ const ON: f64 = 1e-6;
 /// Particles, in units of bricks.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Placed {
-    pub(super) positions: Vec<Point<3>>,
+    pub(super) positions: Vec<Vec3>,
     /// The pieces of the surface that a particle lies on, with the mean normals there; none inside.
-    pub(super) on: Vec<Vec<(u32, Point<3>)>>,
+    pub(super) on: Vec<Vec<(u32, Vec3)>>,
     /// The particle of each place of the lattice.
     pub(super) at: HashMap<[i32; 3], u32>,
     /// The spacing at each particle over the finest one.
@@ -36,7 +36,7 @@ pub(super) struct Placed {
 }
 
 /// The nearest point of a triangle.
-pub(super) fn nearest(x: &Point<3>, triangle: &[Point<3>; 3]) -> Point<3> {
+pub(super) fn nearest(x: &Vec3, triangle: &[Vec3; 3]) -> Vec3 {
     let (at, _) = foot(x, triangle);
     // Without an area it has no inside.
     if at.iter().all(|v| v.is_finite()) { at } else { triangle[0] }
@@ -47,16 +47,16 @@ pub(super) fn nearest(x: &Point<3>, triangle: &[Point<3>; 3]) -> Point<3> {
 struct Hash(HashMap<[i32; 3], Vec<u32>>);
 
 impl Hash {
-    fn cube(x: &Point<3>) -> [i32; 3] {
+    fn cube(x: &Vec3) -> [i32; 3] {
         array_of(|i| x[i].floor() as i32)
     }
 
-    fn add(&mut self, x: &Point<3>, number: u32) {
+    fn add(&mut self, x: &Vec3, number: u32) {
         self.0.entry(Self::cube(x)).or_default().push(number);
     }
 
     /// Those closer to a point than half the smaller spacing of both, `own` being that at the point over the finest one.
-    fn close<'a>(&'a self, x: &'a Point<3>, own: f64, all: &'a [(Point<3>, f64)]) -> impl Iterator<Item = u32> + 'a {
+    fn close<'a>(&'a self, x: &'a Vec3, own: f64, all: &'a [(Vec3, f64)]) -> impl Iterator<Item = u32> + 'a {
         let (cube, rings) = (Self::cube(x), (HALF * own).ceil() as i32);
         let side = 2 * rings + 1;
         let near = (0..side.pow(3)).filter_map(move |k| {
@@ -71,8 +71,8 @@ impl Hash {
 }
 
 /// Segments of a sharp edge that are no longer than a brick, where the spacing varies.
-fn divided(points: &[Point<3>]) -> Vec<Point<3>> {
-    let mut divided: Vec<Point<3>> = points.first().copied().into_iter().collect();
+fn divided(points: &[Vec3]) -> Vec<Vec3> {
+    let mut divided: Vec<Vec3> = points.first().copied().into_iter().collect();
     for pair in points.windows(2) {
         let count = (pair[1] - pair[0]).norm().ceil().max(1.0) as usize;
         divided.extend((1..=count).map(|k| pair[0] + (pair[1] - pair[0]) * (k as f64 / count as f64)));
@@ -81,9 +81,9 @@ fn divided(points: &[Point<3>]) -> Vec<Point<3>> {
 }
 
 /// Places of particles along a sharp edge, evenly in units of the spacing there, its ends left out.
-fn along(crease: &Crease, grid: &Grid) -> Vec<Point<3>> {
+fn along(crease: &Crease, grid: &Grid) -> Vec<Vec3> {
     let points = if grid.is_even() { crease.points.clone() } else { divided(&crease.points) };
-    let scaled = |pair: &[Point<3>]| (pair[1] - pair[0]).norm() / grid.scale(&((pair[0] + pair[1]) * 0.5));
+    let scaled = |pair: &[Vec3]| (pair[1] - pair[0]).norm() / grid.scale(&((pair[0] + pair[1]) * 0.5));
     let lengths: Vec<f64> = points.windows(2).map(scaled).collect();
     let whole: f64 = lengths.iter().sum();
     let intervals = (whole / f64::from(STEP) - 0.25).ceil().max(if crease.closed { 3.0 } else { 1.0 }) as usize;
@@ -112,7 +112,7 @@ pub(super) struct Placing<'a> {
 
 impl Placing<'_> {
     /// Patches in the bricks that a cube around a point meets.
-    pub(super) fn near<'a>(&'a self, x: &Point<3>, half: f64) -> impl Iterator<Item = u32> + 'a {
+    pub(super) fn near<'a>(&'a self, x: &Vec3, half: f64) -> impl Iterator<Item = u32> + 'a {
         let low: [i32; 3] = array_of(|i| ((x[i] - half).floor() as i32).max(0));
         let high: [i32; 3] = array_of(|i| ((x[i] + half).ceil() as i32).min(self.grid.counts[i] as i32));
         let bricks = (low[2]..high[2])
@@ -120,14 +120,14 @@ impl Placing<'_> {
         bricks.flat_map(|place| self.by_brick.patches(self.grid.brick(place)).iter().copied())
     }
 
-    fn corners(&self, patch: u32) -> [Point<3>; 3] {
+    fn corners(&self, patch: u32) -> [Vec3; 3] {
         self.split.patches[patch as usize].corners.each(|corner| self.split.points[corner as usize])
     }
 
     /// The pieces of the surface that a point lies on, with the mean of their facets' normals there: a mean lies in their affine hull, which
     /// a unit vector along it does not where the normals are those of a cone.
-    fn pieces(&self, x: &Point<3>) -> Vec<(u32, Point<3>)> {
-        let mut found: Vec<(u32, Point<3>, Vec<u32>)> = Vec::new();
+    fn pieces(&self, x: &Vec3) -> Vec<(u32, Vec3)> {
+        let mut found: Vec<(u32, Vec3, Vec<u32>)> = Vec::new();
         for patch in self.near(x, ON) {
             if (nearest(x, &self.corners(patch)) - x).norm() > ON {
                 continue;
@@ -153,9 +153,9 @@ impl Placing<'_> {
     pub(super) fn place(&self, connected: &Connected) -> Placed {
         let mut placed = Placed::default();
         // Places with the spacings there over the finest one.
-        let mut known: Vec<(Point<3>, f64)> = Vec::new();
+        let mut known: Vec<(Vec3, f64)> = Vec::new();
         let (mut hash, mut search) = (Hash::default(), Search::default());
-        let mut add = |placed: &mut Placed, at: Point<3>, on: Vec<(u32, Point<3>)>| {
+        let mut add = |placed: &mut Placed, at: Vec3, on: Vec<(u32, Vec3)>| {
             let mut around = Vec::new();
             let scale = self.grid.scale(&at);
             for close in hash.close(&at, scale, &known) {
@@ -179,7 +179,7 @@ impl Placing<'_> {
             add(&mut placed, at, self.pieces(&at));
         }
         let mut inner: Vec<[i32; 3]> = Vec::new();
-        let mut near: [Vec<([i32; 3], Point<3>)>; 2] = [Vec::new(), Vec::new()];
+        let mut near: [Vec<([i32; 3], Vec3)>; 2] = [Vec::new(), Vec::new()];
         let counts = self.grid.counts.each(|count| count as i32);
         let mut search = Search::default();
         for k in (0..=counts[2]).step_by(STEP as usize) {
@@ -190,7 +190,7 @@ impl Placing<'_> {
                         continue;
                     }
                     let mut inside = connected.sections.is_inside(self.grid.node(place));
-                    let x = Point::<3>::from(place.each(f64::from));
+                    let x = Vec3::from(place.each(f64::from));
                     for at in self.nearest_by_part(connected, &mut search, &x, inside) {
                         match at {
                             Some(at) => near[usize::from(!inside)].push((place, at)),
@@ -208,7 +208,7 @@ impl Placing<'_> {
             }
         }
         for place in inner {
-            if let Some(number) = add(&mut placed, Point::<3>::from(place.each(f64::from)), Vec::new()) {
+            if let Some(number) = add(&mut placed, Vec3::from(place.each(f64::from)), Vec::new()) {
                 placed.at.insert(place, number);
             }
         }
@@ -217,15 +217,9 @@ impl Placing<'_> {
 
     /// The nearest point of the surface within half a spacing of a place, for each part of the solid around it that is connected there: the one
     /// that holds the place first, if it lies inside.
-    fn nearest_by_part(
-        &self,
-        connected: &Connected,
-        search: &mut Search,
-        x: &Point<3>,
-        inside: bool,
-    ) -> Vec<Option<Point<3>>> {
+    fn nearest_by_part(&self, connected: &Connected, search: &mut Search, x: &Vec3, inside: bool) -> Vec<Option<Vec3>> {
         // The sub-cell, the point and its distance over half the spacing there, which is the last one.
-        let mut by_part: Vec<(u32, Option<Point<3>>, f64, f64)> = Vec::new();
+        let mut by_part: Vec<(u32, Option<Vec3>, f64, f64)> = Vec::new();
         let scale = self.grid.scale(x);
         if inside {
             let mut around = Vec::new();
@@ -250,11 +244,11 @@ impl Placing<'_> {
                 }
             });
         }
-        let mut groups: Vec<(u32, Option<Point<3>>, f64)> = Vec::new();
+        let mut groups: Vec<(u32, Option<Vec3>, f64)> = Vec::new();
         for (part, at, distance, size) in by_part {
             let around = AROUND * size;
             let within = Bounds { low: x.add_scalar(-around), high: x.add_scalar(around) };
-            let reached = |group: &&mut (u32, Option<Point<3>>, f64)| {
+            let reached = |group: &&mut (u32, Option<Vec3>, f64)| {
                 group.0 == part || search.reaches(connected, &[part], (&[group.0], x), &within)
             };
             match groups.iter_mut().find(reached) {
@@ -271,8 +265,8 @@ impl Placing<'_> {
 }
 
 /// Whether two points are connected through sub-cells near both; the first lies in the given ones.
-fn is_connected(connected: &Connected, search: &mut Search, [x, y]: [&Point<3>; 2], around: &[u32]) -> bool {
-    let margin = Point::<3>::repeat(MARGIN * f64::from(STEP) * connected.sections.grid.scale(x));
+fn is_connected(connected: &Connected, search: &mut Search, [x, y]: [&Vec3; 2], around: &[u32]) -> bool {
+    let margin = Vec3::repeat(MARGIN * f64::from(STEP) * connected.sections.grid.scale(x));
     let mut goal = Vec::new();
     connected.at(y, &mut goal);
     search.reaches(connected, around, (&goal, y), &Bounds { low: x.inf(y) - margin, high: x.sup(y) + margin })

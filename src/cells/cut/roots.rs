@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::each::{Each, EachOf, array_of};
-use crate::geometry::{Bounds, Point};
+use crate::geometry::{Bounds, Vec3};
 use crate::neighbours::{BoxTree, FACING, MARGIN, Search};
 
 use super::connected::{Bricks, Connected, Divided, Divisions, FINER};
@@ -25,9 +25,9 @@ struct Wall {
     part: u32,
     patches: Vec<u32>,
     /// Their middle.
-    at: Point<3>,
+    at: Vec3,
     /// Their mean normal, outward.
-    normal: Point<3>,
+    normal: Vec3,
     /// Half the spacing around the sub-cell.
     size: i32,
 }
@@ -50,11 +50,11 @@ struct Beside {
 }
 
 /// The walls of all sub-cells.
-fn walls(connected: &Connected, normals: &[Point<3>]) -> Vec<Wall> {
+fn walls(connected: &Connected, normals: &[Vec3]) -> Vec<Wall> {
     let (split, grid) = (connected.split, &connected.sections.grid);
     let mut found = Vec::new();
     for (part, own) in connected.parts.parts.iter().enumerate() {
-        let mut alike: BTreeMap<[i8; 3], (Point<3>, Point<3>, f64, Vec<u32>)> = BTreeMap::new();
+        let mut alike: BTreeMap<[i8; 3], (Vec3, Vec3, f64, Vec<u32>)> = BTreeMap::new();
         for &number in &own.patches {
             let patch = &split.patches[number as usize];
             let normal = normals[patch.facet as usize];
@@ -141,7 +141,7 @@ impl<'a> Around<'a> {
 
 /// Walls that face each other and that sub-cells connect near the line between them.
 struct Joined {
-    middle: Point<3>,
+    middle: Vec3,
     /// Distance of a slot that this is the root of, at most.
     reach: f64,
     /// A box around the line.
@@ -150,7 +150,7 @@ struct Joined {
 
 /// The sub-cells at the roots of slots: those around walls that face each other and that sub-cells connect near the line between them, and
 /// no farther from a slot than what is between them is wide, and the sub-cell besides.
-fn at_roots(connected: &Connected, normals: &[Point<3>]) -> BTreeSet<u32> {
+fn at_roots(connected: &Connected, normals: &[Vec3]) -> BTreeSet<u32> {
     let (walls, mut search, mut surface) = (walls(connected, normals), Search::default(), Around::new(connected.split));
     let (mut slots, mut joined) = (Vec::new(), Vec::new());
     let sizes: BTreeSet<i32> = walls.iter().map(|wall| wall.size).collect();
@@ -220,7 +220,7 @@ fn divided(connected: &Connected, part: u32, first: u32) -> (Divided, Vec<Source
         sources.push(Source::Patch(patch));
     }
     let mut numbers: HashMap<u32, u32> = HashMap::new();
-    let mut corners: Vec<Point<3>> = Vec::new();
+    let mut corners: Vec<Vec3> = Vec::new();
     for corner in triangles.iter_mut().flatten() {
         *corner = *numbers.entry(*corner).or_insert_with(|| {
             corners.push(connected.sections.point(connected.split, *corner));
@@ -234,9 +234,8 @@ fn divided(connected: &Connected, part: u32, first: u32) -> (Divided, Vec<Source
     let low: [i32; 3] = array_of(|i| (around.low[i] / scale).floor() as i32);
     let count = |i: usize| ((around.high[i] / scale).ceil() as i32 - low[i]).max(1) * FINER + 2;
     let counts = array_of(|i| count(i) as usize);
-    let mut own =
-        Divided { first, size, low: Point::<3>::from(low.each(|at| f64::from(at * size))), ..Divided::default() };
-    let corners: Vec<Point<3>> = corners.mapped(|corner| own.local(corner));
+    let mut own = Divided { first, size, low: Vec3::from(low.each(|at| f64::from(at * size))), ..Divided::default() };
+    let corners: Vec<Vec3> = corners.mapped(|corner| own.local(corner));
     let grid = Grid::even(counts);
     own.split = Split::new(&corners, &triangles);
     let by_brick = ByBrick::new(&own.split, grid.len(), |place| grid.brick(place));
@@ -271,7 +270,7 @@ fn meet(a: &Bounds<3>, b: &Bounds<3>) -> bool {
 
 impl Divisions {
     /// Divides the sub-cells at the roots of slots; normals are those of facets.
-    pub(super) fn new(connected: &Connected, normals: &[Point<3>]) -> Self {
+    pub(super) fn new(connected: &Connected, normals: &[Vec3]) -> Self {
         let mut all = Divisions { count: connected.parts.parts.len(), ..Divisions::default() };
         let mut sources = Vec::new();
         for part in at_roots(connected, normals) {
@@ -345,7 +344,7 @@ impl Divisions {
 #[cfg(test)]
 mod tests {
     use crate::cells::CutLattice;
-    use crate::geometry::Point;
+    use crate::geometry::Vec3;
     use crate::mesh::{CellShape, Mesh};
     use crate::solid::{Shape, Solid3};
 
@@ -381,7 +380,7 @@ mod tests {
         let (left, right, root) = (1.93, 1.93 + width, 4.0 - depth);
         let outline =
             [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [right, 4.0], [right, root], [left, root], [left, 4.0], [0.0, 4.0]];
-        let points = |z: f64| outline.map(|x| Point::<3>::new(x[0], x[1], z));
+        let points = |z: f64| outline.map(|x| Vec3::new(x[0], x[1], z));
         let quads = [[0, 5, 6, 7], [1, 2, 3, 4], [0, 1, 4, 5]];
         let cells = quads.iter().flat_map(|quad| quad.iter().copied().chain(quad.iter().map(|corner| corner + 8)));
         let points = points(0.0).into_iter().chain(points(1.0)).collect();

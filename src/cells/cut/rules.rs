@@ -4,7 +4,7 @@ use std::f64::consts::SQRT_2;
 
 use crate::each::EachOf;
 use crate::error::GeometryError;
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 use crate::quadrature::gauss_legendre;
 
 use super::super::inertia::Inertia;
@@ -40,7 +40,7 @@ impl Rules {
     }
 
     /// Points on a triangle with $n\,\mathrm dA$.
-    pub(super) fn on_triangle(&self, [a, b, c]: &[Point<3>; 3], mut with: impl FnMut(Point<3>, Point<3>)) {
+    pub(super) fn on_triangle(&self, [a, b, c]: &[Vec3; 3], mut with: impl FnMut(Vec3, Vec3)) {
         let area = cross(&(b - a), &(c - a)) * 0.5;
         let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
         let rule = match (longest < TINY * TINY, self.line.0.len()) {
@@ -58,13 +58,13 @@ impl Rules {
     /// moments of second order, however many triangles it is made of.
     pub(super) fn on_piece(
         &self,
-        triangles: impl ExactSizeIterator<Item = [Point<3>; 3]>,
-        mut with: impl FnMut(Point<3>, Point<3>),
+        triangles: impl ExactSizeIterator<Item = [Vec3; 3]>,
+        mut with: impl FnMut(Vec3, Vec3),
     ) {
         if self.line.0.len() == 1 || triangles.len() == 1 {
             return triangles.for_each(|corners| self.on_triangle(&corners, &mut with));
         }
-        let (mut inertia, mut area) = (Inertia::default(), Point::<3>::zeros());
+        let (mut inertia, mut area) = (Inertia::default(), Vec3::zeros());
         for [a, b, c] in triangles {
             let own = cross(&(b - a), &(c - a)) * 0.5;
             inertia.add(&[a, b, c], own.norm());
@@ -85,7 +85,7 @@ impl Rules {
     }
 
     /// Points on a parallelogram by two of its edges, with $n\,\mathrm dA$.
-    pub(super) fn on_face(&self, corner: &Point<3>, [p, q]: &[Point<3>; 2], mut with: impl FnMut(Point<3>, Point<3>)) {
+    pub(super) fn on_face(&self, corner: &Vec3, [p, q]: &[Vec3; 2], mut with: impl FnMut(Vec3, Vec3)) {
         let area = cross(p, q);
         for (t, w) in self.line.0.iter().zip(&self.line.1) {
             for (s, v) in self.line.0.iter().zip(&self.line.1) {
@@ -95,19 +95,19 @@ impl Rules {
     }
 
     /// Points in a brick of unit edges from a corner.
-    pub(super) fn in_brick(&self, corner: &Point<3>, size: f64, mut with: impl FnMut(Point<3>, f64)) {
+    pub(super) fn in_brick(&self, corner: &Vec3, size: f64, mut with: impl FnMut(Vec3, f64)) {
         let line = || self.line.0.iter().zip(&self.line.1);
         for (z, w) in line() {
             for (y, v) in line() {
                 for (x, u) in line() {
-                    with(corner + Point::<3>::new(*x, *y, *z) * size, u * v * w * size.powi(3));
+                    with(corner + Vec3::new(*x, *y, *z) * size, u * v * w * size.powi(3));
                 }
             }
         }
     }
 
     /// Points in a tetrahedron, its measure signed.
-    pub(super) fn in_tetrahedron(&self, apex: &Point<3>, base: &[Point<3>; 3], mut with: impl FnMut(Point<3>, f64)) {
+    pub(super) fn in_tetrahedron(&self, apex: &Vec3, base: &[Vec3; 3], mut with: impl FnMut(Vec3, f64)) {
         let [a, b, c] = base.each(|corner| corner - apex);
         let measure = a.dot(&cross(&b, &c));
         if self.line.0.len() == 1 {

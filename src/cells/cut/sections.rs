@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::each::{Each, EachOf, IntoEach};
-use crate::geometry::Point;
+use crate::geometry::{Point, Vec3};
 use crate::order;
 
 use super::grid::Grid;
@@ -109,7 +109,7 @@ impl Sections {
     }
 
     /// The place of a corner of sections.
-    pub(super) fn point(&self, split: &Split, corner: u32) -> Point<3> {
+    pub(super) fn point(&self, split: &Split, corner: u32) -> Vec3 {
         match split.points.get(corner as usize) {
             Some(point) => *point,
             None => Point::from(self.grid.node_place((corner - self.first_node) as usize).each(f64::from)),

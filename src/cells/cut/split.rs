@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::each::EachOf;
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 
 /// No plane.
 pub(super) const NONE: i32 = i32::MIN;
@@ -23,7 +23,7 @@ pub(super) struct Patch {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Split {
     /// Corners of the surface and points where its edges meet planes.
-    pub(super) points: Vec<Point<3>>,
+    pub(super) points: Vec<Vec3>,
     /// The plane across each axis that a point lies on.
     pub(super) on: Vec<[i32; 3]>,
     pub(super) patches: Vec<Patch>,
@@ -36,7 +36,7 @@ fn place(x: f64) -> i32 {
 
 impl Split {
     /// Splits facets; corners that lie exactly on a plane count as above it.
-    pub(super) fn new(corners: &[Point<3>], facets: &[[u32; 3]]) -> Self {
+    pub(super) fn new(corners: &[Vec3], facets: &[[u32; 3]]) -> Self {
         let patch =
             |(facet, corners): (usize, &[u32; 3])| Patch { corners: *corners, brick: [0; 3], facet: facet as u32 };
         let patches = facets.iter().enumerate().map(patch).collect();

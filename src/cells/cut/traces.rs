@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Matrix4, SymmetricEigen, Vector4};
 
 use crate::cells::CORNER;
 use crate::each::{Each, EachOf, IntoEach, array_of};
-use crate::geometry::{Disjoint, Point};
+use crate::geometry::{Disjoint, Vec3};
 
 /// Radius within which particles carry the functions of a point, in bricks of the spacing at the particle: with three quarters of it the patch test leaves 3e-3.
 const REACH: f64 = 4.0;
@@ -30,7 +30,7 @@ const ROUNDS: usize = 20;
 /// Particles on a piece, each with its normal there, by the cubes of a grid.
 pub(super) struct Traces<'a> {
     spread: Spread<'a>,
-    particles: Vec<(u32, Point<3>)>,
+    particles: Vec<(u32, Vec3)>,
     /// Cubes for each spacing over the finest one.
     cubes: Vec<(f64, Cubes)>,
     curved: bool,
@@ -41,7 +41,7 @@ pub(super) struct Traces<'a> {
 /// Positions of all particles, and the spacing at each over the finest one.
 #[derive(Clone, Copy)]
 pub(super) struct Spread<'a> {
-    pub(super) positions: &'a [Point<3>],
+    pub(super) positions: &'a [Vec3],
     pub(super) scales: &'a [f64],
 }
 
@@ -55,12 +55,12 @@ struct Cubes {
 }
 
 impl Cubes {
-    fn of(x: &Point<3>) -> [i32; 3] {
+    fn of(x: &Vec3) -> [i32; 3] {
         array_of(|i| (x[i] / REACH).floor() as i32)
     }
 
     /// Of places with their points.
-    fn new(points: &[(u32, Point<3>)]) -> Self {
+    fn new(points: &[(u32, Vec3)]) -> Self {
         let cubes: Vec<[i32; 3]> = points.mapped(|(_, x)| Self::of(x));
         let low: [i32; 3] = array_of(|i| cubes.iter().map(|cube| cube[i]).min().unwrap_or(0));
         let counts = array_of(|i| cubes.iter().map(|cube| cube[i] - low[i] + 1).max().unwrap_or(0));
@@ -96,8 +96,8 @@ fn weight(q: f64) -> f64 {
 }
 
 impl<'a> Traces<'a> {
-    pub(super) fn new(spread: Spread<'a>, particles: Vec<(u32, Point<3>)>, curved: bool, facing: f64) -> Self {
-        let mut points: BTreeMap<u64, (f64, Vec<(u32, Point<3>)>)> = BTreeMap::new();
+    pub(super) fn new(spread: Spread<'a>, particles: Vec<(u32, Vec3)>, curved: bool, facing: f64) -> Self {
+        let mut points: BTreeMap<u64, (f64, Vec<(u32, Vec3)>)> = BTreeMap::new();
         for (place, &(particle, _)) in particles.iter().enumerate() {
             let scale = spread.scales[particle as usize];
             let own = points.entry(scale.to_bits()).or_insert((scale, Vec::new()));
@@ -108,7 +108,7 @@ impl<'a> Traces<'a> {
     }
 
     /// Particles within a radius, in units of their spacings, whose normals are not turned away, by rising index, with their weights.
-    fn around(&self, x: &Point<3>, normal: &Point<3>, radius: f64) -> Vec<(u32, f64)> {
+    fn around(&self, x: &Vec3, normal: &Vec3, radius: f64) -> Vec<(u32, f64)> {
         let rings = (radius / REACH).ceil() as i32;
         let mut found: Vec<(u32, f64)> = Vec::new();
         for (scale, cubes) in &self.cubes {
@@ -131,7 +131,7 @@ impl<'a> Traces<'a> {
     }
 
     /// Functions of Shepard: positive, and one in sum.
-    fn plain(&self, x: &Point<3>, normal: &Point<3>) -> Vec<(u32, f64)> {
+    fn plain(&self, x: &Vec3, normal: &Vec3) -> Vec<(u32, f64)> {
         let mut radius = REACH;
         for _ in 0..RAISES {
             if let Some(found) = self.shepard(x, normal, radius) {
@@ -144,7 +144,7 @@ impl<'a> Traces<'a> {
         all.min_by(|a, b| distance(a).total_cmp(&distance(b))).map(|place| (place, 1.0)).into_iter().collect()
     }
 
-    fn shepard(&self, x: &Point<3>, normal: &Point<3>, radius: f64) -> Option<Vec<(u32, f64)>> {
+    fn shepard(&self, x: &Vec3, normal: &Vec3, radius: f64) -> Option<Vec<(u32, f64)>> {
         let around = self.around(x, normal, radius);
         let whole: f64 = around.summed(|entry| entry.1);
         // A single far particle has a weight that rounding may spoil.
@@ -153,7 +153,7 @@ impl<'a> Traces<'a> {
 
     /// Functions $f_J$ at a point of the piece: moving least squares over the basis $(1, n)$, so that $\sum_J f_J = 1$ and
     /// $\sum_J f_J n_J = n$; those of Shepard where the particles can't give the normal, and whether they do.
-    fn exact(&self, x: &Point<3>, normal: &Point<3>) -> (Vec<(u32, f64)>, bool) {
+    fn exact(&self, x: &Vec3, normal: &Vec3) -> (Vec<(u32, f64)>, bool) {
         if !self.curved {
             let plain = self.plain(x, normal);
             let some = !plain.is_empty();
@@ -182,7 +182,7 @@ impl<'a> Traces<'a> {
     }
 
     /// Functions with these weights that give the normal; none where the particles can't.
-    fn reproducing(&self, weights: &[(u32, f64)], normal: &Point<3>) -> Option<Vec<(u32, f64)>> {
+    fn reproducing(&self, weights: &[(u32, f64)], normal: &Vec3) -> Option<Vec<(u32, f64)>> {
         let off = |place: u32| self.particles[place as usize].1 - normal;
         let scale = weights.largest(|entry| off(entry.0).norm());
         if scale < EXACT {
@@ -221,8 +221,8 @@ impl<'a> Traces<'a> {
 /// A point with its unit normal and its measure, and its number among those of all sites.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
-    pub(super) at: Point<3>,
-    pub(super) normal: Point<3>,
+    pub(super) at: Vec3,
+    pub(super) normal: Vec3,
     pub(super) measure: f64,
     pub(super) number: u32,
 }
@@ -232,7 +232,7 @@ pub(super) struct Place {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct OnPiece {
     pub(super) particle: u32,
-    pub(super) normal: Point<3>,
+    pub(super) normal: Vec3,
     pub(super) facing: f64,
 }
 
@@ -270,20 +270,20 @@ impl Site {
     }
 
     /// Ends the last group, and keeps those whose middle a predicate holds for.
-    pub(super) fn close(&mut self, holds: Option<impl Fn(&Point<3>) -> bool>) {
+    pub(super) fn close(&mut self, holds: Option<impl Fn(&Vec3) -> bool>) {
         self.end();
         let Some(holds) = holds else { return };
         let mut first = 0;
         for &end in &self.groups {
             let own = &self.places[first..end];
-            let middle = own.iter().map(|place| place.at).sum::<Point<3>>() / own.len() as f64;
+            let middle = own.iter().map(|place| place.at).sum::<Vec3>() / own.len() as f64;
             self.kept.resize(end, holds(&middle));
             first = end;
         }
     }
 
     /// Its particles with their normals.
-    fn with_normals(&self) -> impl Iterator<Item = (u32, Point<3>)> + '_ {
+    fn with_normals(&self) -> impl Iterator<Item = (u32, Vec3)> + '_ {
         self.particles.iter().map(|own| (own.particle, own.normal))
     }
 
@@ -426,7 +426,7 @@ fn longest(sites: &[Site], beside: &[([usize; 2], f64)], sets: &mut Disjoint, ow
 
 /// Kernels of all particles that cover the points of sites, by the numbers of points.
 fn kernels(spread: Spread, sites: &[Site]) -> Vec<Vec<(u32, f64)>> {
-    let all = (0..spread.positions.len() as u32).map(|particle| (particle, Point::<3>::zeros())).collect();
+    let all = (0..spread.positions.len() as u32).map(|particle| (particle, Vec3::zeros())).collect();
     let traces = Traces::new(spread, all, false, f64::NEG_INFINITY);
     let numbers = sites.iter().flat_map(|site| &site.places).map(|place| place.number as usize + 1);
     let mut kernels = vec![Vec::new(); numbers.max().unwrap_or(0)];

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::each::{EachOf, array_of, point_of};
 use crate::error::{GeometryError, Invalid};
-use crate::geometry::{Bounds, Point};
+use crate::geometry::{Bounds, Vec3};
 use crate::solid::{Solid3, Wall};
 
 use super::frame::Frame;
@@ -26,7 +26,7 @@ pub(super) struct Wanted<'a> {
     /// Spacings that they have then at least.
     pub(super) across: f64,
     /// The spacing wanted over the largest one.
-    pub(super) grading: &'a dyn Fn(&Point<3>) -> f64,
+    pub(super) grading: &'a dyn Fn(&Vec3) -> f64,
     /// Walls thinner than this part of the largest spacing are left.
     pub(super) thinnest: f64,
     /// Whether of small facets one in each half of a spacing is looked at, instead of all.
@@ -41,8 +41,8 @@ pub(super) type Macro = (u32, [i32; 3]);
 /// A wall in coordinates of the lattice: the corners of a box around it, and its thickness over the number of spacings across it, in
 /// units of the largest spacing.
 struct Across {
-    low: Point<3>,
-    high: Point<3>,
+    low: Vec3,
+    high: Vec3,
     wanted: f64,
 }
 
@@ -55,14 +55,14 @@ struct Tree {
 }
 
 /// The corners of a macro cell in bricks of the coarsest level.
-fn corners((level, place): Macro) -> [Point<3>; 2] {
+fn corners((level, place): Macro) -> [Vec3; 2] {
     let width = MACRO as f64 / f64::from(1 << level);
-    [0, 1].each(|end| Point::<3>::from(place.each(|at| f64::from(at + end) * width)))
+    [0, 1].each(|end| Vec3::from(place.each(|at| f64::from(at + end) * width)))
 }
 
 /// The middle of a wall.
 fn middle(wall: &Wall) -> Vec<f64> {
-    (wall.corners.iter().sum::<Point<3>>() / 3.0 + wall.through * 0.5).as_slice().to_vec()
+    (wall.corners.iter().sum::<Vec3>() / 3.0 + wall.through * 0.5).as_slice().to_vec()
 }
 
 impl Wanted<'_> {
@@ -99,8 +99,7 @@ impl Wanted<'_> {
     fn walls(&self, frame: &Frame) -> Vec<Across> {
         let across = self.across;
         let local = |Wall { corners, through, .. }: &Wall| {
-            let sides: Vec<Point<3>> =
-                corners.iter().flat_map(|x| [*x, x + through].each(|x| frame.local(&x))).collect();
+            let sides: Vec<Vec3> = corners.iter().flat_map(|x| [*x, x + through].each(|x| frame.local(&x))).collect();
             let Bounds { low, high } = Bounds::of(&sides);
             Across { low, high, wanted: through.norm() / across / self.spacing }
         };
@@ -115,7 +114,7 @@ impl Wanted<'_> {
 
     /// What is said of the thinnest wall with parallel sides, or of the thinnest one, where all are left.
     pub(super) fn left(&self) -> Option<GeometryError> {
-        let own = |wall: &Wall| self.spacing * (self.grading)(&Point::<3>::from_column_slice(&middle(wall)));
+        let own = |wall: &Wall| self.spacing * (self.grading)(&Vec3::from_column_slice(&middle(wall)));
         let thin = || self.found().iter().filter(|wall| wall.through.norm() < self.fewest * own(wall));
         let thinner = |a: &&Wall, b: &&Wall| a.through.norm().total_cmp(&b.through.norm());
         let wall = thin().filter(|wall| wall.is_even).min_by(thinner).or_else(|| thin().min_by(thinner))?;

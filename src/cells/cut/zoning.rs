@@ -1,8 +1,8 @@
 //! What tells whether a zone has free particles enough for its pressures.
 
-use nalgebra::{Matrix3, SymmetricEigen};
+use nalgebra::SymmetricEigen;
 
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Vec3};
 use crate::tensor;
 
 use super::parts::Part;
@@ -20,18 +20,18 @@ const SPREAD: f64 = 0.25;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Moments {
     weight: f64,
-    first: Point<3>,
-    second: Matrix3<f64>,
+    first: Vec3,
+    second: Mat3,
 }
 
 impl Moments {
-    pub(super) fn add(&mut self, x: &Point<3>, weight: f64) {
+    pub(super) fn add(&mut self, x: &Vec3, weight: f64) {
         self.weight += weight;
         self.first += x * weight;
         self.second += x * x.transpose() * weight;
     }
 
-    fn variance(&self) -> Matrix3<f64> {
+    fn variance(&self) -> Mat3 {
         let mean = self.first / self.weight;
         self.second / self.weight - mean * mean.transpose()
     }
@@ -48,7 +48,7 @@ impl Inner {
     /// Adds a sub-cell, its own variance that of a cube.
     pub(super) fn add_part(&mut self, part: &Part) {
         self.volume.add(&part.centre, part.volume);
-        self.volume.second += Matrix3::identity() * (part.volume * part.volume.max(0.0).cbrt().powi(2) / 12.0);
+        self.volume.second += Mat3::identity() * (part.volume * part.volume.max(0.0).cbrt().powi(2) / 12.0);
     }
 
     /// The number of free particles.
@@ -57,20 +57,20 @@ impl Inner {
     }
 
     /// The middle of its volume, and the least side of a block with its variance.
-    pub(super) fn extent(&self) -> (Point<3>, f64) {
+    pub(super) fn extent(&self) -> (Vec3, f64) {
         let least = SymmetricEigen::new(self.volume.variance()).eigenvalues.min().max(0.0);
         (self.volume.first / self.volume.weight, (12.0 * least).sqrt())
     }
 
     /// Directions along which a pressure may vary, those in which free particles spread, as many as there are particles enough for; the
     /// other columns are zero.
-    pub(super) fn directions(&self) -> Matrix3<f64> {
-        let mut found = Matrix3::zeros();
+    pub(super) fn directions(&self) -> Mat3 {
+        let mut found = Mat3::zeros();
         if self.free.weight < 1.0 {
             return found;
         }
         let Some(factor) = self.volume.variance().cholesky() else { return found };
-        let inverse = tensor::inverse(&factor.l()).unwrap_or_else(Matrix3::identity);
+        let inverse = tensor::inverse(&factor.l()).unwrap_or_else(Mat3::identity);
         let spread = SymmetricEigen::new(inverse * self.free.variance() * inverse.transpose());
         let mut order = [0, 1, 2];
         crate::order::sort(&mut order, &|&a: &usize, &b| spread.eigenvalues[b].total_cmp(&spread.eigenvalues[a]));

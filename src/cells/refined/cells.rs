@@ -6,7 +6,7 @@ use nalgebra::Matrix2;
 
 use crate::each::{Each, EachOf, list_of};
 use crate::error::{ApproximationError, GeometryError};
-use crate::geometry::{Part, Point};
+use crate::geometry::{Part, Vec2};
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_parts, check_point_count, gauss_legendre};
 
@@ -19,7 +19,7 @@ use super::subcells::{Facets, Rules};
 use super::{Cell, Refined};
 
 impl Cells<2> for Refined {
-    fn positions(&self) -> &[Point<2>] {
+    fn positions(&self) -> &[Vec2] {
         &self.positions
     }
 
@@ -49,8 +49,8 @@ impl Cells<2> for Refined {
         self.spacings(particle).norm()
     }
 
-    fn spacings(&self, particle: usize) -> Point<2> {
-        self.spacing.get(particle).copied().unwrap_or(Point::<2>::repeat(f64::NAN))
+    fn spacings(&self, particle: usize) -> Vec2 {
+        self.spacing.get(particle).copied().unwrap_or(Vec2::repeat(f64::NAN))
     }
 
     fn particles(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
@@ -67,7 +67,7 @@ impl Cells<2> for Refined {
 
     fn particles_global(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
         check_dilation(r)?;
-        let largest = self.spacing.iter().fold(Point::<2>::zeros(), |a, b| a.zip_map(b, f64::max));
+        let largest = self.spacing.iter().fold(Vec2::zeros(), |a, b| a.zip_map(b, f64::max));
         self.supports(|_| largest * (2.0 * r))
     }
 
@@ -89,7 +89,7 @@ impl Cells<2> for Refined {
             let shape = self.shape(cell);
             for (t, wt) in abscissae.iter().zip(&weights) {
                 for (s, ws) in abscissae.iter().zip(&weights) {
-                    let (position, columns) = shape.map(&Point::<2>::new(*s, *t));
+                    let (position, columns) = shape.map(&Vec2::new(*s, *t));
                     points.push(position, determinant(&columns) * ws * wt);
                 }
             }
@@ -115,7 +115,7 @@ impl Cells<2> for Refined {
             for (t, w) in abscissae.iter().zip(&weights) {
                 let (position, along) = parabola(from, to, bulge, *t);
                 out.facet_points.push(position);
-                out.facet_areas.push(Point::<2>::new(along[1], -along[0]) * *w);
+                out.facet_areas.push(Vec2::new(along[1], -along[0]) * *w);
             }
         }
         out.facet_offsets = Smoothing::<2>::even_offsets(facets.ends.len(), gauss);
@@ -140,7 +140,7 @@ impl Cells<2> for Refined {
                         let t = (k as f64 + t) / parts as f64;
                         let (position, along) = parabola(&from, &to, &bulge, t);
                         let length = along.norm();
-                        let normal = Point::<2>::new(along[1], -along[0]) / length;
+                        let normal = Vec2::new(along[1], -along[0]) / length;
                         let traces = vec![(ends.0, 1.0 - t), (ends.1, t)];
                         cells.push(position, length * w / parts as f64, normal, traces);
                     }
@@ -163,7 +163,7 @@ impl Cells<2> for Refined {
         Ok(nodes.into_iter().collect())
     }
 
-    fn contains(&self, at: &Point<2>) -> bool {
+    fn contains(&self, at: &Vec2) -> bool {
         self.base.contains(at)
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::each::Each;
-use crate::geometry::Point;
+use crate::geometry::Vec2;
 use crate::quadrature::Points;
 
 use super::super::Smoothing;
@@ -12,7 +12,7 @@ use super::super::mesh::{collapse, parabola, three_points};
 use super::Refined;
 
 /// A point between two particles, `k` of `parts` from the first one, on their chord or its parabola.
-fn cut(positions: &[Point<2>], ends: (u32, u32), bulge: &Point<2>, k: usize, parts: usize) -> Point<2> {
+fn cut(positions: &[Vec2], ends: (u32, u32), bulge: &Vec2, k: usize, parts: usize) -> Vec2 {
     let (low, high) = (&positions[ends.0 as usize], &positions[ends.1 as usize]);
     parabola(low, high, bulge, k as f64 / parts as f64).0
 }
@@ -28,9 +28,9 @@ pub(super) struct Rules {
 /// Facets while sub-cells are built: each with its two ends.
 #[derive(Default)]
 pub(super) struct Facets {
-    pub(super) ends: Vec<[Point<2>; 2]>,
+    pub(super) ends: Vec<[Vec2; 2]>,
     /// How far the middle of each stands off its chord.
-    pub(super) bulges: Vec<Point<2>>,
+    pub(super) bulges: Vec<Vec2>,
     chords: BTreeMap<(u32, u32), u32>,
 }
 
@@ -51,9 +51,9 @@ impl Facets {
         if from < to { all.map(|f| (f, 1.0)).collect() } else { all.rev().map(|f| (f, -1.0)).collect() }
     }
 
-    fn inner(&mut self, from: Point<2>, to: Point<2>) -> u32 {
+    fn inner(&mut self, from: Vec2, to: Vec2) -> u32 {
         self.ends.push([from, to]);
-        self.bulges.push(Point::<2>::zeros());
+        self.bulges.push(Vec2::zeros());
         self.ends.len() as u32 - 1
     }
 }
@@ -81,11 +81,11 @@ impl Refined {
             if sign > 0.0 { [from, to] } else { [to, from] }
         };
         // Corners of the sub-cells: on the sides those of the facets, inside by the map of the cell.
-        let mut grid = vec![Point::<2>::zeros(); (parts + 1) * (parts + 1)];
+        let mut grid = vec![Vec2::zeros(); (parts + 1) * (parts + 1)];
         let at = |i: usize, j: usize| j * (parts + 1) + i;
         for j in 0..=parts {
             for i in 0..=parts {
-                let unit = Point::<2>::new(i as f64 / parts as f64, j as f64 / parts as f64);
+                let unit = Vec2::new(i as f64 / parts as f64, j as f64 / parts as f64);
                 grid[at(i, j)] = shape.map(&unit).0;
             }
         }
@@ -116,9 +116,9 @@ impl Refined {
                 };
                 let left = if i == 0 { sides[3][parts - 1 - j].clone() } else { vec![(upward[i * parts + j], -1.0)] };
                 let around: Vec<(u32, f64)> = [below, right, above, left].concat();
-                let outline: Vec<Point<2>> =
+                let outline: Vec<Vec2> =
                     around.mapped(|&(facet, sign)| facets.ends[facet as usize][usize::from(sign < 0.0)]);
-                let bulges: Vec<Point<2>> = around.mapped(|&(facet, _)| facets.bulges[facet as usize]);
+                let bulges: Vec<Vec2> = around.mapped(|&(facet, _)| facets.bulges[facet as usize]);
                 let (interior, centre) = fan(&outline, &bulges, rules);
                 out.cells.push(around);
                 out.interior.push(interior);
@@ -130,21 +130,17 @@ impl Refined {
 
 /// Interior points of a polygon exact to degree 2 — Gauss points of a quadrilateral, else those of the triangles around its
 /// mean corner — and its centroid.
-fn fan(
-    outline: &[Point<2>],
-    bulges: &[Point<2>],
-    Rules { straight: gauss, curved }: &Rules,
-) -> (Vec<(Point<2>, f64)>, Point<2>) {
-    let mean = outline.iter().sum::<Point<2>>() / outline.len() as f64;
-    let (mut points, mut total, mut centre) = (Vec::with_capacity(3 * outline.len()), 0.0, Point::<2>::zeros());
+fn fan(outline: &[Vec2], bulges: &[Vec2], Rules { straight: gauss, curved }: &Rules) -> (Vec<(Vec2, f64)>, Vec2) {
+    let mean = outline.iter().sum::<Vec2>() / outline.len() as f64;
+    let (mut points, mut total, mut centre) = (Vec::with_capacity(3 * outline.len()), 0.0, Vec2::zeros());
     for (k, &a) in outline.iter().enumerate() {
         let b = outline[(k + 1) % outline.len()];
         let area = 0.5 * determinant(&[a - mean, b - mean]);
         total += area;
         centre += (a + b + mean) * (area / 3.0);
-        if bulges[k] != Point::<2>::zeros() {
+        if bulges[k] != Vec2::zeros() {
             let mut rule = Points::empty();
-            let sides = [bulges[k], Point::<2>::zeros(), Point::<2>::zeros()];
+            let sides = [bulges[k], Vec2::zeros(), Vec2::zeros()];
             collapse(curved, &[a, b, mean], &sides, &mut rule);
             points.extend(rule.positions.into_iter().zip(rule.weights));
             continue;
@@ -152,11 +148,11 @@ fn fan(
         points.extend(three_points([a, b, mean], area));
     }
     if let [a, b, c, d] = *outline
-        && bulges.iter().all(|bulge| *bulge == Point::<2>::zeros())
+        && bulges.iter().all(|bulge| *bulge == Vec2::zeros())
     {
         let corners = [a, b, d, c, a, b, d, c];
-        let gauss = gauss.0.iter().flat_map(|t| gauss.0.iter().map(|s| Point::<2>::new(*s, *t)));
-        let weighed = |at: Point<2>| {
+        let gauss = gauss.0.iter().flat_map(|t| gauss.0.iter().map(|s| Vec2::new(*s, *t)));
+        let weighed = |at: Vec2| {
             let (position, columns) = multilinear(&corners, &at);
             (position, 0.25 * determinant(&columns))
         };

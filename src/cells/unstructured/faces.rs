@@ -2,11 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 
-use nalgebra::Vector3;
-
 use crate::each::{Each, EachOf, list_of, point_of};
 use crate::error::{GeometryError, MeshError};
-use crate::geometry::{Part, Point, padded};
+use crate::geometry::{Part, Point, Vec3, padded};
 use crate::mesh::{Mesh, face_key};
 use crate::order;
 
@@ -164,7 +162,7 @@ impl Faces {
             // The mean normal of a quadrangle is that of its diagonals.
             _ => [x(2) - x(0), x(3) - x(1)],
         };
-        let [p, q] = [p, q].each(|v| Vector3::from_fn(|i, _| v[i]));
+        let [p, q] = [p, q].each(|v| Vec3::from_fn(|i, _| v[i]));
         let area = p.cross(&q) * 0.5;
         point_of::<D>(|i| area[i])
     }
@@ -190,7 +188,7 @@ impl Faces {
         &self,
         dimension: usize,
         (names, named): (Vec<&str>, Vec<Vec<u32>>),
-        normals: &[Point<3>],
+        normals: &[Vec3],
         warped: &[bool],
     ) -> Vec<Piece> {
         // Faces at each edge of the boundary; in the plane at each of its points.

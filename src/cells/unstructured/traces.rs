@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::cells::BoundaryCells;
 use crate::cells::brick::{area_vector, multilinear};
 use crate::each::Each;
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point, Vec3, padded};
 
 use super::Unstructured;
 use super::bricks::{opposite, side_points};
@@ -104,18 +104,18 @@ impl<const D: usize> Unstructured<D> {
 /// A curved piece: mean normals of its particles, and which of them carry no trace functions.
 struct Bent {
     dimension: usize,
-    normals: HashMap<u32, Point<3>>,
+    normals: HashMap<u32, Vec3>,
     lent: HashSet<u32>,
     faces_at: HashMap<u32, Vec<u32>>,
 }
 
 impl Bent {
     fn new<const D: usize>(cells: &Unstructured<D>, piece: &Piece) -> Self {
-        let mut normals: HashMap<u32, Point<3>> = HashMap::new();
+        let mut normals: HashMap<u32, Vec3> = HashMap::new();
         let mut faces_at: HashMap<u32, Vec<u32>> = HashMap::new();
         for &face in &piece.faces {
             let corners = cells.faces.corners(face as usize);
-            let normal: Point<3> = padded(&cells.faces.normal(cells.mesh.points(), face as usize));
+            let normal: Vec3 = padded(&cells.faces.normal(cells.mesh.points(), face as usize));
             for &corner in corners {
                 *normals.entry(corner).or_insert_with(Point::zeros) += normal;
                 faces_at.entry(corner).or_default().push(face);
@@ -155,7 +155,7 @@ impl Bent {
 
     /// Trace functions moved as little as possible to sum to one and to the normal, on as few rings as can; none where the piece has too
     /// few particles.
-    fn traces(&self, rings: &[Vec<u32>], plain: &[(u32, f64)], normal: &Point<3>) -> Option<Vec<(u32, f64)>> {
+    fn traces(&self, rings: &[Vec<u32>], plain: &[(u32, f64)], normal: &Vec3) -> Option<Vec<(u32, f64)>> {
         let count = self.dimension + 1;
         let entry = |particle: u32, i: usize| if i == 0 { 1.0 } else { self.normals[&particle][i - 1] };
         rings.iter().skip(1).find_map(|window| {

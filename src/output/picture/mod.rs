@@ -8,13 +8,14 @@ mod surface;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use nalgebra::{SVector, Vector3};
+use nalgebra::SVector;
 
 pub use page::Page;
 
 use super::{escaped, short, write_file};
 use crate::each::{Each, EachOf};
 use crate::error::OutputError;
+use crate::geometry::Vec3;
 use colour::{BANDS, colour};
 use raster::{Canvas, Lines};
 
@@ -44,13 +45,13 @@ const LETTERS: [f64; 2] = [20.0, 16.0];
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    points: Vec<Vector3<f64>>,
+    points: Vec<Vec3>,
     faces: Vec<Vec<usize>>,
     lines: Option<Vec<Vec<usize>>>,
     flat: bool,
     closed: bool,
     /// Where the points are at rest, if that differs.
-    rest: Option<Vec<Vector3<f64>>>,
+    rest: Option<Vec<Vec3>>,
     values: Vec<f64>,
     label: String,
     title: String,
@@ -68,7 +69,7 @@ impl Picture {
     }
 
     /// The same of points with three coordinates, which may lie in the plane.
-    pub(crate) fn of(points: Vec<Vector3<f64>>, flat: bool, faces: Vec<Vec<usize>>) -> Self {
+    pub(crate) fn of(points: Vec<Vec3>, flat: bool, faces: Vec<Vec<usize>>) -> Self {
         Picture {
             points,
             faces,
@@ -110,7 +111,7 @@ impl Picture {
 
     /// Says where the points are at rest: edges are those of the part at rest.
     #[must_use]
-    pub(crate) fn at_rest(mut self, points: Vec<Vector3<f64>>) -> Self {
+    pub(crate) fn at_rest(mut self, points: Vec<Vec3>) -> Self {
         self.rest = Some(points);
         self
     }
@@ -228,13 +229,13 @@ impl Picture {
     }
 
     /// Directions to the right, upward and to the eye.
-    fn directions(&self) -> [Vector3<f64>; 3] {
+    fn directions(&self) -> [Vec3; 3] {
         if self.flat {
-            return [Vector3::x(), Vector3::y(), Vector3::z()];
+            return [Vec3::x(), Vec3::y(), Vec3::z()];
         }
         let [(sa, ca), (se, ce)] = self.view.each(|angle| angle.to_radians().sin_cos());
-        let eye = Vector3::new(ce * ca, ce * sa, se);
-        let right = Vector3::new(-sa, ca, 0.0);
+        let eye = Vec3::new(ce * ca, ce * sa, se);
+        let right = Vec3::new(-sa, ca, 0.0);
         [right, eye.cross(&right), eye]
     }
 
@@ -342,8 +343,8 @@ impl Picture {
 }
 
 /// A point of three coordinates.
-fn padded<const D: usize>(x: &SVector<f64, D>) -> Vector3<f64> {
-    Vector3::from_fn(|i, _| if i < D { x[i] } else { 0.0 })
+fn padded<const D: usize>(x: &SVector<f64, D>) -> Vec3 {
+    Vec3::from_fn(|i, _| if i < D { x[i] } else { 0.0 })
 }
 
 /// The least and the largest value that pictures show.

@@ -1,9 +1,8 @@
 //! Faces and lines in pixels, what is in front over what is behind.
 
-use nalgebra::Vector3;
-
 use super::colour::{BANDS, colour};
 use crate::each::{Each, EachOf, sum_of};
+use crate::geometry::Vec3;
 
 /// Pixels of the image on a pixel of the picture, and samples on a pixel of the image, in each direction.
 const DENSITY: f64 = 1.5;
@@ -16,7 +15,7 @@ const NEARER: f64 = 1.5;
 /// A corner of a face: its place \[px\] and depth, its normal if it is lit, its value in [0, 1] or NaN.
 pub(super) struct Corner {
     pub at: [f64; 3],
-    pub normal: Option<Vector3<f64>>,
+    pub normal: Option<Vec3>,
     pub value: f64,
 }
 
@@ -37,13 +36,13 @@ pub(super) struct Canvas {
     colours: Vec<[f32; 3]>,
     depths: Vec<f32>,
     /// The directions to the light and halfway between it and the eye.
-    light: Vector3<f64>,
-    half: Vector3<f64>,
+    light: Vec3,
+    half: Vec3,
 }
 
 impl Canvas {
     /// An empty canvas of a size \[px\], with the directions to the light and to the eye.
-    pub(super) fn new(room: [f64; 2], [light, eye]: [Vector3<f64>; 2]) -> Self {
+    pub(super) fn new(room: [f64; 2], [light, eye]: [Vec3; 2]) -> Self {
         let size = room.each(|side| (side * DENSITY).round().max(1.0) as usize * SAMPLES);
         let count = size[0] * size[1];
         let light = light.normalize();
@@ -97,14 +96,14 @@ impl Canvas {
                 let (depth, pixel) = (mean(&|corner| corner.at[2]) as f32, row * self.size[0] + column);
                 if depth > self.depths[pixel] {
                     self.depths[pixel] = depth;
-                    let normal: Option<Vector3<f64>> = (0..3).map(|k| corners[k].normal.map(|n| n * parts[k])).sum();
+                    let normal: Option<Vec3> = (0..3).map(|k| corners[k].normal.map(|n| n * parts[k])).sum();
                     self.colours[pixel] = self.shade(mean(&|corner| corner.value), normal);
                 }
             }
         }
     }
 
-    fn shade(&self, value: f64, normal: Option<Vector3<f64>>) -> [f32; 3] {
+    fn shade(&self, value: f64, normal: Option<Vec3>) -> [f32; 3] {
         let colour = match value.is_nan() {
             true => [205.0, 214.0, 224.0],
             false => colour((value * BANDS as f64) as usize),

@@ -1,9 +1,8 @@
 //! Normals and edges of a surface of faces.
 
 use crate::each::Each;
+use crate::geometry::Vec3;
 use std::collections::HashMap;
-
-use nalgebra::Vector3;
 
 /// Cosine of the angle between faces beyond which the edge between them is sharp, 35°.
 const CREASE: f64 = 0.82;
@@ -12,16 +11,16 @@ const CREASE: f64 = 0.82;
 pub(super) struct Surface<'a> {
     faces: &'a [Vec<usize>],
     /// Unit normals, outward by the right hand.
-    normals: Vec<Vector3<f64>>,
+    normals: Vec<Vec3>,
     /// Those between which angles are taken: at rest, so that a bent face is not taken for two.
-    angles: Vec<Vector3<f64>>,
+    angles: Vec<Vec3>,
     /// Faces at each point.
     around: Vec<Vec<u32>>,
     edges: Vec<([usize; 2], Vec<u32>)>,
 }
 
 impl<'a> Surface<'a> {
-    pub(super) fn new(points: &[Vector3<f64>], rest: &[Vector3<f64>], faces: &'a [Vec<usize>]) -> Self {
+    pub(super) fn new(points: &[Vec3], rest: &[Vec3], faces: &'a [Vec<usize>]) -> Self {
         let [normals, angles] = [points, rest].map(|points| faces.mapped(|face| normal(points, face)));
         let mut around = vec![Vec::new(); points.len()];
         let mut numbers: HashMap<[usize; 2], usize> = HashMap::new();
@@ -41,16 +40,16 @@ impl<'a> Surface<'a> {
         Surface { faces, normals, angles, around, edges }
     }
 
-    pub(super) fn normal(&self, face: usize) -> Vector3<f64> {
+    pub(super) fn normal(&self, face: usize) -> Vec3 {
         self.normals[face]
     }
 
     /// The mean normal of the faces around a corner that make no sharp edge with its face.
-    pub(super) fn corner_normal(&self, face: usize, corner: usize) -> Vector3<f64> {
+    pub(super) fn corner_normal(&self, face: usize, corner: usize) -> Vec3 {
         let own = self.angles[face];
         let near = self.around[self.faces[face][corner]].iter().map(|&other| other as usize);
         let smooth = near.filter(|&other| own.dot(&self.angles[other]) > CREASE).map(|other| self.normals[other]);
-        smooth.sum::<Vector3<f64>>().try_normalize(0.0).unwrap_or(self.normals[face])
+        smooth.sum::<Vec3>().try_normalize(0.0).unwrap_or(self.normals[face])
     }
 
     pub(super) fn edges(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
@@ -67,7 +66,7 @@ impl<'a> Surface<'a> {
     }
 
     /// Edges between a face that looks at the eye and one that looks away.
-    pub(super) fn outline<'s>(&'s self, eye: &'s Vector3<f64>) -> impl Iterator<Item = [usize; 2]> + 's {
+    pub(super) fn outline<'s>(&'s self, eye: &'s Vec3) -> impl Iterator<Item = [usize; 2]> + 's {
         let looks = move |face: u32| self.normals[face as usize].dot(eye) > 0.0;
         self.edges
             .iter()
@@ -77,8 +76,8 @@ impl<'a> Surface<'a> {
 }
 
 /// The unit normal of a face; zero where it has no area.
-fn normal(points: &[Vector3<f64>], face: &[usize]) -> Vector3<f64> {
+fn normal(points: &[Vec3], face: &[usize]) -> Vec3 {
     let x = |k: usize| points[face[k % face.len()]];
-    let area = (0..face.len()).map(|k| (x(k) - x(0)).cross(&(x(k + 1) - x(0)))).sum::<Vector3<f64>>();
-    area.try_normalize(0.0).unwrap_or_else(Vector3::zeros)
+    let area = (0..face.len()).map(|k| (x(k) - x(0)).cross(&(x(k + 1) - x(0)))).sum::<Vec3>();
+    area.try_normalize(0.0).unwrap_or_else(Vec3::zeros)
 }

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use crate::contact::{ContactSurface, Interference, Obstacle, PairContact, RigidContact, Trace, validate};
 use crate::each::Each;
 use crate::error::{Error, GeometryError};
-use crate::geometry::{Point, unit};
+use crate::geometry::{Point, Vec3, unit};
 use crate::term::View;
 
 use super::place::Place;
 
 /// Called for each direction in which contact blocks motion: the trace function, one of the other part, its place, the direction.
-type BarVisitor<'a> = dyn FnMut(&Trace, Option<&Trace>, &Point<3>, &Point<3>) + 'a;
+type BarVisitor<'a> = dyn FnMut(&Trace, Option<&Trace>, &Vec3, &Vec3) + 'a;
 
 /// A part of the body and the rigid surface that it may touch.
 #[derive(Clone)]
@@ -147,12 +147,12 @@ impl Law {
         let free = rigid.and_then(|law| law.surface.free_direction());
         let total: f64 = surface.traces.summed(|trace| trace.area);
         for (k, trace) in surface.traces.iter().enumerate() {
-            let mut x = Point::<3>::zeros();
+            let mut x = Vec3::zeros();
             for &(point, weight) in &trace.points {
                 x += surface.table.positions[point as usize] * (weight / trace.area);
             }
             let share = (trace.area / total).sqrt();
-            let mut less = |direction: Point<3>| {
+            let mut less = |direction: Vec3| {
                 let along = free.map_or_else(Point::zeros, |free| free * direction.dot(&free));
                 visit(trace, opposite, &x, &((direction - along) * share));
             };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::cells::{Cells, CutLattice, Triangulation, Voronoi};
 use crate::each::{Each, array_of};
 use crate::error::{Error, GeometryError};
-use crate::geometry::{Block, Domain, Point, Region};
+use crate::geometry::{Block, Domain, Region, Vec2, Vec3};
 use crate::mesh::Mesh;
 use crate::solid::Solid3;
 
@@ -54,7 +54,7 @@ fn some_per_axis<const D: usize>(counts: &[usize]) -> Result<[usize; D], Error> 
 impl From<Region> for Geometry<2> {
     fn from(region: Region) -> Self {
         let scattering = move |scheme: &Scheme| -> Result<Arc<dyn Cells<2>>, Error> {
-            let grading = |x: &Point<2>| scheme.grading.as_ref().map_or(1.0, |grading| grading(x.as_slice()));
+            let grading = |x: &Vec2| scheme.grading.as_ref().map_or(1.0, |grading| grading(x.as_slice()));
             let (spacing, count) = match &scheme.resolution_or_default() {
                 Resolution::Spacing(h) => (*h, None),
                 Resolution::Counts(counts) => {
@@ -62,7 +62,7 @@ impl From<Region> for Geometry<2> {
                     (1.0, Some(counts[0].saturating_mul(counts[1])))
                 }
             };
-            let spacing = |x: &Point<2>| spacing * grading(x);
+            let spacing = |x: &Vec2| spacing * grading(x);
             let triangles = match (scheme.thin_walls, count) {
                 (false, _) => Triangulation::walled(&region, count, spacing, &scheme.scatter)?,
                 (true, None) => Triangulation::scattered(&region, spacing, &scheme.scatter)?,
@@ -108,8 +108,8 @@ impl From<Solid3> for Geometry<3> {
                     }
                 }
             };
-            let grading = |x: &Point<3>| scheme.grading.as_ref().map_or(1.0, |grading| grading(x.as_slice()));
-            let graded: Option<&dyn Fn(&Point<3>) -> f64> = scheme.grading.as_ref().map(|_| &grading as _);
+            let grading = |x: &Vec3| scheme.grading.as_ref().map_or(1.0, |grading| grading(x.as_slice()));
+            let graded: Option<&dyn Fn(&Vec3) -> f64> = scheme.grading.as_ref().map(|_| &grading as _);
             Ok(Arc::new(match (graded, scheme.across) {
                 (graded, 0) if !scheme.thin_walls => CutLattice::walled(&solid, spacing, graded)?,
                 (None, 0) => CutLattice::new(&solid, spacing)?,

@@ -3,11 +3,9 @@
 use std::fmt;
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Vector3};
-
 use crate::each::{EachOf, list_of};
 use crate::error::SolveError;
-use crate::geometry::{Point, padded, vector};
+use crate::geometry::{Mat3, Point, Vec3, padded, vector};
 use crate::material::{Material, Past};
 use crate::term::{Amplitude, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity};
 
@@ -180,12 +178,12 @@ pub(crate) struct Varying<V> {
 /// A value by the amplitude as a vector, and whether it moves: values that do not are to be multiplied by the amplitude.
 struct ByAmplitude<'a> {
     moves: bool,
-    at: &'a dyn Fn(f64) -> Vector3<f64>,
+    at: &'a dyn Fn(f64) -> Vec3,
 }
 
 impl ByAmplitude<'_> {
     /// The value and its slope over the load factor.
-    fn with_slope(&self, amplitude: &Amplitude, load: f64) -> [Vector3<f64>; 2] {
+    fn with_slope(&self, amplitude: &Amplitude, load: f64) -> [Vec3; 2] {
         let (factor, slope) = amplitude.evaluate(load);
         let value = (self.at)(factor);
         if self.moves {
@@ -197,11 +195,7 @@ impl ByAmplitude<'_> {
 }
 
 /// The amplitudes of the components of a vector that moves.
-fn components(
-    dim: usize,
-    vector: Arc<dyn Fn(f64) -> Vector3<f64> + Send + Sync>,
-    amplitude: &Amplitude,
-) -> Vec<Amplitude> {
+fn components(dim: usize, vector: Arc<dyn Fn(f64) -> Vec3 + Send + Sync>, amplitude: &Amplitude) -> Vec<Amplitude> {
     let component = |i: usize| {
         let (vector, amplitude) = (vector.clone(), amplitude.clone());
         Amplitude::Function(Arc::new(move |load| vector(amplitude.value(load))[i]))
@@ -210,14 +204,14 @@ fn components(
 }
 
 impl<const D: usize, T: Copy + 'static> Varying<Value<D, T>> {
-    fn with_slope(&self, at: &PointState, vector: fn(&T) -> Vector3<f64>) -> [Vector3<f64>; 2] {
+    fn with_slope(&self, at: &PointState, vector: fn(&T) -> Vec3) -> [Vec3; 2] {
         let x: Point<D> = padded(&at.position);
         let moves = matches!(self.value, Value::Motion(_));
         ByAmplitude { moves, at: &|factor| vector(&self.value.at(&x, factor)) }.with_slope(&self.amplitude, at.load)
     }
 
     /// The amplitudes that the value follows at a point: its own, or the components of one that moves.
-    fn followed(&self, at: &Vector3<f64>, vector: fn(&T) -> Vector3<f64>) -> Vec<Amplitude> {
+    fn followed(&self, at: &Vec3, vector: fn(&T) -> Vec3) -> Vec<Amplitude> {
         let Value::Motion(motion) = &self.value else { return vec![self.amplitude.clone()] };
         let (x, motion): (Point<D>, _) = (padded(at), motion.clone());
         components(D, Arc::new(move |factor| vector(&motion(&x, factor))), &self.amplitude)
@@ -238,7 +232,7 @@ impl<const D: usize> Integrand for Varying<Value<D, [f64; D]>> {
         self.amplitude.break_points()
     }
 
-    fn amplitudes(&self, at: &Vector3<f64>) -> Vec<Amplitude> {
+    fn amplitudes(&self, at: &Vec3) -> Vec<Amplitude> {
         self.followed(at, vector)
     }
 }
@@ -261,7 +255,7 @@ impl<const D: usize> Integrand for Varying<Value<D>> {
         self.amplitude.break_points()
     }
 
-    fn amplitudes(&self, at: &Vector3<f64>) -> Vec<Amplitude> {
+    fn amplitudes(&self, at: &Vec3) -> Vec<Amplitude> {
         self.followed(at, first)
     }
 
@@ -271,8 +265,8 @@ impl<const D: usize> Integrand for Varying<Value<D>> {
 }
 
 /// A number as the first component of a vector.
-fn first(value: &f64) -> Vector3<f64> {
-    Vector3::new(*value, 0.0, 0.0)
+fn first(value: &f64) -> Vec3 {
+    Vec3::new(*value, 0.0, 0.0)
 }
 
 /// Derivatives of a pressure with a slope over the load factor.
@@ -320,7 +314,7 @@ impl Integrand for AtFullLoad {
 
     fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
         self.0.evaluate(&PointState { load: 1.0, ..*at }, flux);
-        flux.force_by_load = Vector3::zeros();
+        flux.force_by_load = Vec3::zeros();
     }
 
     fn is_symmetric(&self) -> bool {
@@ -347,7 +341,7 @@ pub(crate) struct Sheet<const D: usize> {
 
 impl<const D: usize> Sheet<D> {
     /// The stretch across it at a place, as the elastic law has it.
-    pub(crate) fn thickness(&self, f: &Matrix3<f64>, x: &Point<D>) -> f64 {
+    pub(crate) fn thickness(&self, f: &Mat3, x: &Point<D>) -> f64 {
         let free = self.expansion.as_ref().map_or(1.0, |stretch| stretch.at(x, 1.0));
         let rest = self.law.rest();
         free * self.law.settled(&(f / free), Past { memory: &rest, elapsed: 0.0 })[(2, 2)]
@@ -378,7 +372,7 @@ impl<I: Integrand, const D: usize> Integrand for OnSheet<I, D> {
         self.load.break_points()
     }
 
-    fn amplitudes(&self, at: &Vector3<f64>) -> Vec<Amplitude> {
+    fn amplitudes(&self, at: &Vec3) -> Vec<Amplitude> {
         self.load.amplitudes(at)
     }
 
@@ -392,7 +386,7 @@ impl<I: Integrand, const D: usize> Integrand for OnSheet<I, D> {
 }
 
 /// Derivatives of a load on an edge whose stretch across follows from the deformation in the plane.
-fn on_sheet(load: &dyn Integrand, thick: &dyn Fn(&Matrix3<f64>) -> f64, at: &PointState, flux: &mut PointDerivatives) {
+fn on_sheet(load: &dyn Integrand, thick: &dyn Fn(&Mat3) -> f64, at: &PointState, flux: &mut PointDerivatives) {
     const ACROSS: usize = 8;
     let mut settled = at.deformation;
     settled[(2, 2)] = thick(&at.deformation);

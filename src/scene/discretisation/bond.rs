@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::boundary::{Constraints, FacetFunctions};
 use crate::cells::BoundaryCells;
 use crate::error::Error;
-use crate::geometry::{Disjoint, Part, Point};
+use crate::geometry::{Disjoint, Part, Vec3};
 use crate::kinematics::Kinematics;
 use crate::neighbours::BoxTree;
 
@@ -55,7 +55,7 @@ fn bond<const D: usize>(
         faces.reverse();
     }
     let [mortar, other] = &faces;
-    let centre = mortar.positions().iter().sum::<Point<3>>() / mortar.weights.len() as f64;
+    let centre = mortar.positions().iter().sum::<Vec3>() / mortar.weights.len() as f64;
     let size = mortar.positions().iter().map(|x| (x - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
     let weighed = faces.each_ref().map(|face| Weighed::new(face, &centre, size));
     let totals = weighed.each_ref().map(Weighed::totals);

@@ -10,7 +10,7 @@ use crate::boundary::{
 use crate::cells::{BoundaryCells, Cells, TraceChoice};
 use crate::each::Each;
 use crate::error::{BoundaryError, Error};
-use crate::geometry::{Part, Point, all_padded, padded};
+use crate::geometry::{Part, Point, Vec3, all_padded, padded};
 use crate::shape::Approximation;
 use crate::term::Amplitude;
 
@@ -57,9 +57,8 @@ pub(crate) fn singles<'a, const D: usize>(
             value => scaled(|x| value.at(x, 1.0), amplitude),
         };
         let of = label.clone();
-        let along = Box::new(move |x: &Point<3>, normal: &Point<3>| {
-            Ok(padded(&direction.unit(&of, &padded(x), &padded(normal))?))
-        });
+        let along =
+            Box::new(move |x: &Vec3, normal: &Vec3| Ok(padded(&direction.unit(&of, &padded(x), &padded(normal))?)));
         let what = Prescription { label, axis, along, value: prescribed };
         Single { place, direction, value, amplitude, what }
     })
@@ -187,7 +186,7 @@ fn normals<const D: usize>(
     part: &Part,
     particles: &[usize],
     direction: &Direction<D>,
-) -> Result<Vec<Point<3>>, Error> {
+) -> Result<Vec<Vec3>, Error> {
     if !matches!(direction, Direction::Normal) {
         return Ok(Vec::new());
     }
@@ -237,7 +236,7 @@ impl<const D: usize> Conditioned<'_, D> {
     fn request<'a>(
         &self,
         single: Single<'a, D>,
-        nodes: &[Point<3>],
+        nodes: &[Vec3],
         claims: &mut Claims,
         last: &mut Vec<Arc<BoundaryCells<3>>>,
     ) -> Result<Request<'a, D>, Error> {
@@ -286,7 +285,7 @@ impl<const D: usize> Conditioned<'_, D> {
         &self,
         equations: &mut Constraints,
         request: &Request<'_, D>,
-        nodes: &[Point<3>],
+        nodes: &[Vec3],
         yielded: &[HashSet<u32>],
         last: &mut Vec<(FacetFunctions, Option<Sums>)>,
     ) -> Result<(), Error> {
@@ -371,6 +370,7 @@ pub(crate) fn particle_at<const D: usize>(cells: &dyn Cells<D>, at: &Point<D>, l
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Vec2;
     use crate::prelude::*;
 
     /// Rows at particles and over boundaries, some owned twice, taken back one condition after the other.
@@ -378,7 +378,7 @@ mod tests {
     fn what_was_added_is_taken_back() {
         let block = Block::new([0.0, 0.0], [2.0, 1.0]);
         let break_points = Amplitude::table(vec![(0.0, 0.0), (0.5, 2.0), (1.0, 1.0)]).unwrap();
-        let moved = Value::motion(|x: &Point<2>, load| 0.1 * x[1] * load);
+        let moved = Value::motion(|x: &Vec2, load| 0.1 * x[1] * load);
         let scene = Scene::new(block, PlaneStrain, Rubber::neo_hookean(0.5, 10.0).unwrap())
             .prescribe(Place::at([0.0, 0.0]), 0, 0.0)
             .hold((0, Side::Min))

@@ -3,11 +3,9 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::Matrix3;
-
 use crate::cells::Cells;
 use crate::error::{ApproximationError, Error, SolveError};
-use crate::geometry::{Point, padded};
+use crate::geometry::{Mat3, Point, padded};
 use crate::scene::Sheet;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::solve::State;
@@ -89,7 +87,7 @@ impl<const D: usize> DiscreteBody<D> {
     ///
     /// # Errors
     /// [`SolveError::OtherModel`] for a state of another problem.
-    pub fn deformation_gradients(&self, state: &State) -> Result<Vec<Matrix3<f64>>, SolveError> {
+    pub fn deformation_gradients(&self, state: &State) -> Result<Vec<Mat3>, SolveError> {
         self.reads(state)?;
         let points = 0..self.body.table().len();
         Ok(points.map(|point| self.body.deformation_gradient(point, &state.displacement)).collect())

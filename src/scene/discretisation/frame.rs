@@ -2,11 +2,9 @@
 
 use std::ops::Range;
 
-use nalgebra::Matrix3;
-
 use crate::boundary::{ConstraintEquation, Constraints};
 use crate::error::{BoundaryError, Error, Incompatible};
-use crate::geometry::{Point, padded};
+use crate::geometry::{Mat3, Point, Vec3, padded};
 use crate::term::Amplitude;
 
 use super::conditions::singles;
@@ -19,7 +17,7 @@ pub(crate) struct RigidFrame {
     pub dim: usize,
     /// Its nodes, one after the other.
     pub numbers: Vec<u32>,
-    pub centre: Point<3>,
+    pub centre: Vec3,
     pub size: f64,
     /// The term that keeps its shape; none of revolution, where conditions do.
     pub rigidity: Option<usize>,
@@ -30,7 +28,7 @@ pub(crate) struct RigidFrame {
 /// A volume of a mesh that is rigid, as it is drawn.
 #[derive(Debug, Clone)]
 pub(crate) struct RigidShape {
-    pub points: Vec<Point<3>>,
+    pub points: Vec<Vec3>,
     /// Corners in the order of [`Cells::corners`](crate::cells::Cells::corners).
     pub cells: Vec<Vec<usize>>,
 }
@@ -41,9 +39,9 @@ impl RigidFrame {
         name: &str,
         dim: usize,
         equations: &[&ConstraintEquation],
-        positions: &[Point<3>],
+        positions: &[Vec3],
     ) -> Result<Self, Error> {
-        let (mut total, mut moment) = (0.0, Point::<3>::zeros());
+        let (mut total, mut moment) = (0.0, Vec3::zeros());
         for equation in equations.iter().filter(|equation| equation.dependent % dim == 0) {
             for &(k, c) in equation.entries.iter().filter(|entry| entry.0 % dim == 0) {
                 total += c;
@@ -68,8 +66,8 @@ impl RigidFrame {
         Ok(RigidFrame { name: name.to_string(), dim, numbers, centre, size, rigidity: None, shapes: Vec::new() })
     }
 
-    pub(crate) fn positions(&self) -> impl Iterator<Item = Point<3>> + '_ {
-        let corner = |k: usize| Point::<3>::from_fn(|i, _| if i + 1 == k { self.size } else { 0.0 });
+    pub(crate) fn positions(&self) -> impl Iterator<Item = Vec3> + '_ {
+        let corner = |k: usize| Vec3::from_fn(|i, _| if i + 1 == k { self.size } else { 0.0 });
         (0..=self.dim).map(move |k| self.centre + corner(k))
     }
 
@@ -87,14 +85,14 @@ impl RigidFrame {
     }
 
     /// The values of the frame's functions at a point.
-    pub(crate) fn values(&self, at: &Point<3>) -> [f64; 4] {
+    pub(crate) fn values(&self, at: &Vec3) -> [f64; 4] {
         let local = (at - self.centre) / self.size;
         std::array::from_fn(|k| if k == 0 { 1.0 - local.sum() } else { local[k - 1] })
     }
 
     /// What rows that weigh displacements of a body have to take off, so that they weigh the difference from the frame's.
     /// Functions of bodies reproduce linear fields: their coefficients and positions tell the sums of the frame's.
-    pub(crate) fn counterpart(&self, equation: &ConstraintEquation, positions: &[Point<3>]) -> Vec<(usize, f64)> {
+    pub(crate) fn counterpart(&self, equation: &ConstraintEquation, positions: &[Vec3]) -> Vec<(usize, f64)> {
         let mut sums = [[0.0; 3]; 4];
         for &(k, c) in &equation.entries {
             let values = self.values(&positions[k / self.dim]);
@@ -111,9 +109,9 @@ impl RigidFrame {
     }
 
     /// $F - 1$ of the frame.
-    pub(crate) fn gradient(&self, displacement: &[f64]) -> Matrix3<f64> {
+    pub(crate) fn gradient(&self, displacement: &[f64]) -> Mat3 {
         let own = &displacement[self.unknowns()];
-        Matrix3::from_fn(|i, j| match i.max(j) < self.dim {
+        Mat3::from_fn(|i, j| match i.max(j) < self.dim {
             true => (own[(j + 1) * self.dim + i] - own[i]) / self.size,
             false => 0.0,
         })
@@ -128,8 +126,8 @@ impl RigidFrame {
         }
     }
 
-    pub(crate) fn displacement(&self, at: &Point<3>, displacement: &[f64]) -> Point<3> {
-        let mut u = Point::<3>::zeros();
+    pub(crate) fn displacement(&self, at: &Vec3, displacement: &[f64]) -> Vec3 {
+        let mut u = Vec3::zeros();
         for (d, value) in displacement[self.unknowns()].chunks_exact(self.dim).zip(self.values(at)) {
             u.iter_mut().zip(d).for_each(|(u, d)| *u += value * d);
         }
@@ -137,8 +135,8 @@ impl RigidFrame {
     }
 
     /// The displacement of its middle, and its rotation.
-    pub(crate) fn motion(&self, displacement: &[f64]) -> (Point<3>, Matrix3<f64>) {
-        (self.displacement(&self.centre, displacement), Matrix3::identity() + self.gradient(displacement))
+    pub(crate) fn motion(&self, displacement: &[f64]) -> (Vec3, Mat3) {
+        (self.displacement(&self.centre, displacement), Mat3::identity() + self.gradient(displacement))
     }
 
     /// Adds the rows that leave a rigid body of revolution its motion along the axis alone.
@@ -162,10 +160,10 @@ impl RigidFrame {
         &self,
         equations: &mut Constraints,
         condition: &Condition<D>,
-        point: Option<Point<3>>,
+        point: Option<Vec3>,
         revolved: bool,
     ) -> Result<(), Error> {
-        let at: Vec<Point<3>> = match point {
+        let at: Vec<Vec3> = match point {
             Some(at) => vec![at],
             None if revolved => vec![self.centre],
             None => self.positions().collect(),

@@ -3,12 +3,10 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Vector3};
-
 use crate::assembly::Model;
 use crate::each::{add, sum_of};
 use crate::error::{Error, Incompatible};
-use crate::geometry::{Point, padded};
+use crate::geometry::{Mat3, Point, Vec3, padded};
 use crate::linear::vector::dot;
 use crate::quadrature::Points;
 use crate::table::ShapeTable;
@@ -28,7 +26,7 @@ impl RigidFrame {
         &self,
         model: &mut Model,
         load: &Load<D>,
-        point: Option<Point<3>>,
+        point: Option<Vec3>,
         revolved: bool,
     ) -> Result<(), Error> {
         let amplitude = load.amplitude.clone();
@@ -55,7 +53,7 @@ impl RigidFrame {
                 return refused("a moment".into(), "an axisymmetric body", remedy);
             }
             LoadKind::Moment(moment) => {
-                let turning = Vector3::from(*moment).cross_matrix() * -0.5;
+                let turning = Vec3::from(*moment).cross_matrix() * -0.5;
                 model.add_replicated(Arc::new(Moment { frame: self.clone(), turning, amplitude }));
             }
             _ => {
@@ -81,7 +79,7 @@ impl RigidFrame {
     /// $E = \tfrac12(F^T F - 1)$ component by component, shear ones doubled, and their slopes over the unknowns of the frame.
     fn strains(&self, displacement: &[f64]) -> Vec<(f64, Vec<f64>)> {
         let h = self.gradient(displacement);
-        let (e, f) = ((h + h.transpose() + h.transpose() * h) * 0.5, Matrix3::identity() + h);
+        let (e, f) = ((h + h.transpose() + h.transpose() * h) * 0.5, Mat3::identity() + h);
         let mut strains = Vec::new();
         for (i, j) in self.pairs() {
             let part = if i == j { 0.5 } else { 1.0 };
@@ -168,7 +166,7 @@ impl Term for Rigidity {
 struct Moment {
     frame: RigidFrame,
     /// $\tfrac12 M_k\varepsilon_{kij}$, with which $\partial\Pi/\partial F = \hat M F$ for a rotation $F$.
-    turning: Matrix3<f64>,
+    turning: Mat3,
     amplitude: Amplitude,
 }
 
@@ -195,7 +193,7 @@ impl Term for Moment {
 
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
         let (factor, change) = self.amplitude.evaluate(view.load);
-        let stress = self.turning * (Matrix3::identity() + self.frame.gradient(view.displacement));
+        let stress = self.turning * (Mat3::identity() + self.frame.gradient(view.displacement));
         let (dim, size) = (self.frame.dim, self.frame.unknowns().len());
         for k in 0..=dim {
             for i in 0..dim {

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, Matrix3};
+use nalgebra::DMatrix;
 
 use crate::boundary::{Order, facet_order};
 use crate::cells::BoundaryCells;
 use crate::each::{Each, list_of};
 use crate::error::Error;
-use crate::geometry::{Bounds, Point, all_padded, unit};
+use crate::geometry::{Bounds, Mat3, Vec3, all_padded, unit};
 use crate::kinematics::Kinematics;
 use crate::order::accumulate;
 
@@ -27,19 +27,19 @@ pub(crate) struct Face {
     /// The particles with a trace function.
     pub(crate) order: Order,
     /// Where the particles of the body lie.
-    pub(crate) nodes: Vec<Point<3>>,
+    pub(crate) nodes: Vec<Vec3>,
 }
 
 /// Middle, mean normal, size and shape of each facet.
 struct Facets {
     dim: usize,
-    middles: Vec<Point<3>>,
-    normals: Vec<Point<3>>,
+    middles: Vec<Vec3>,
+    normals: Vec<Vec3>,
     sizes: Vec<f64>,
     /// The longest distance within any facet.
     longest: f64,
     /// What takes an offset from the middle to lengths in terms of the facet's own: half of one at its edges.
-    shapes: Vec<Matrix3<f64>>,
+    shapes: Vec<Mat3>,
 }
 
 impl Facets {
@@ -50,14 +50,14 @@ impl Facets {
             let range = group[0]..group[1];
             let (positions, weights) = (&cells.points.positions[range.clone()], &cells.points.weights[range.clone()]);
             let area: f64 = weights.iter().sum();
-            let mean = |values: &[Point<3>]| values.iter().zip(weights).map(|(x, w)| x * *w).sum::<Point<3>>() / area;
+            let mean = |values: &[Vec3]| values.iter().zip(weights).map(|(x, w)| x * *w).sum::<Vec3>() / area;
             let middle = mean(positions);
             let size = if dim == 1 { 1.0 } else { area.powf(1.0 / (dim as f64 - 1.0)) };
             let farthest = positions.largest(|x| (x - middle).norm());
             // Two Gauss points a side lie at 1/√3 of the way to the corners.
             facets.longest = facets.longest.max(size).max(2.0 * 3f64.sqrt() * farthest);
             facets.shapes.push(if dim < 3 {
-                Matrix3::identity() / size
+                Mat3::identity() / size
             } else {
                 shape(middle, size, area, positions.iter().zip(weights))
             });
@@ -69,7 +69,7 @@ impl Facets {
     }
 
     /// Whether a point lies on the facet that is nearest to it by its own size.
-    fn holds(&self, among: &[usize], x: &Point<3>, normal: &Point<3>) -> bool {
+    fn holds(&self, among: &[usize], x: &Vec3, normal: &Vec3) -> bool {
         let Some(nearest) = self.nearest(among, x) else { return false };
         let (offset, size, own) = (x - self.middles[nearest], self.sizes[nearest], self.normals[nearest]);
         let across = offset.dot(&own);
@@ -86,7 +86,7 @@ impl Facets {
         inside && (self.dim == 1 || own.dot(normal) < -0.5) && across.abs() <= ACROSS * size
     }
 
-    fn nearest(&self, among: &[usize], x: &Point<3>) -> Option<usize> {
+    fn nearest(&self, among: &[usize], x: &Vec3) -> Option<usize> {
         let distance = |k: usize| (self.shapes[k] * (x - self.middles[k])).norm();
         among.iter().copied().min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
     }
@@ -95,13 +95,8 @@ impl Facets {
 /// What takes offsets from the middle of a facet in 3D to lengths in terms of its own along its principal axes, by the second
 /// moments of its points: half a side is $\sqrt{3\lambda}$ of a rectangle with the moment $\lambda$. Across, and along axes in which the
 /// points do not spread, lengths are in terms of its size.
-fn shape<'a>(
-    middle: Point<3>,
-    size: f64,
-    area: f64,
-    points: impl Iterator<Item = (&'a Point<3>, &'a f64)>,
-) -> Matrix3<f64> {
-    let (mut plain, mut moments) = (Matrix3::identity() / size, Matrix3::zeros());
+fn shape<'a>(middle: Vec3, size: f64, area: f64, points: impl Iterator<Item = (&'a Vec3, &'a f64)>) -> Mat3 {
+    let (mut plain, mut moments) = (Mat3::identity() / size, Mat3::zeros());
     for (x, weight) in points {
         let offset = x - middle;
         moments += offset * offset.transpose() * *weight / area;
@@ -111,7 +106,7 @@ fn shape<'a>(
         let side = 2.0 * (3.0 * moment.max(0.0)).sqrt();
         if side > FLAT * size {
             let more = 1.0 / side - 1.0 / size;
-            plain += Matrix3::from_fn(|i, j| more * axis[i] * axis[j]);
+            plain += Mat3::from_fn(|i, j| more * axis[i] * axis[j]);
         }
     }
     plain
@@ -128,7 +123,7 @@ pub(crate) fn shared(dim: usize, cells: [BoundaryCells<3>; 2]) -> [Vec<usize>; 2
         let (own, other) = (&facets[side], &facets[1 - side]);
         let margin = own.longest.max(other.longest);
         let Bounds { low, high } = Bounds::of(&other.middles);
-        let inside = |x: &Point<3>| (0..3).all(|i| x[i] >= low[i] - margin && x[i] <= high[i] + margin);
+        let inside = |x: &Vec3| (0..3).all(|i| x[i] >= low[i] - margin && x[i] <= high[i] + margin);
         (0..own.middles.len()).filter(|&k| inside(&own.middles[k])).collect()
     });
     std::array::from_fn(|side| {
@@ -155,7 +150,7 @@ impl Face {
         Ok(Face { dim: D, order: facet_order(&cells), cells, weights, nodes })
     }
 
-    pub(crate) fn positions(&self) -> &[Point<3>] {
+    pub(crate) fn positions(&self) -> &[Vec3] {
         &self.cells.points.positions
     }
 }
@@ -191,8 +186,8 @@ pub(crate) fn carried(mortar: &Face, other: &Face) -> Traces {
 
 /// How values at the points of a facet are extrapolated to points on or near it.
 struct Fit {
-    middle: Point<3>,
-    tangents: Vec<Point<3>>,
+    middle: Vec3,
+    tangents: Vec<Vec3>,
     /// Parts of the points for each function of the fit.
     inverse: DMatrix<f64>,
 }
@@ -201,14 +196,14 @@ impl Fit {
     fn new(cells: &BoundaryCells<3>, facets: &Facets, facet: usize) -> Self {
         let positions = &cells.points.positions[cells.points.groups[facet]..cells.points.groups[facet + 1]];
         let (middle, normal, size) = (facets.middles[facet], facets.normals[facet], facets.sizes[facet]);
-        let mut tangents: Vec<Point<3>> = Vec::new();
+        let mut tangents: Vec<Vec3> = Vec::new();
         // The first along the points, which stand along the sides of bricks.
         let along = positions.iter().skip(1).map(|x| x - positions[0]);
         for candidate in along.chain((0..facets.dim).map(unit)) {
             if tangents.len() + 1 >= facets.dim {
                 break;
             }
-            let mut rest: Point<3> = candidate / size;
+            let mut rest: Vec3 = candidate / size;
             rest -= normal * (rest.dot(&normal) / normal.norm_squared());
             for tangent in &tangents {
                 rest -= tangent * rest.dot(tangent);
@@ -230,7 +225,7 @@ impl Fit {
     }
 
     /// 1, and as many of s, t, st as the points of a facet determine.
-    fn functions(&self, x: &Point<3>, points: usize) -> Vec<f64> {
+    fn functions(&self, x: &Vec3, points: usize) -> Vec<f64> {
         let local = self.tangents.mapped(|tangent| (x - self.middle).dot(tangent));
         match (local.as_slice(), points) {
             (_, 1) | ([], _) => vec![1.0],
@@ -242,7 +237,7 @@ impl Fit {
     }
 
     /// The parts of the facet's points in the value at a point.
-    fn parts(&self, x: &Point<3>) -> Vec<f64> {
+    fn parts(&self, x: &Vec3) -> Vec<f64> {
         let functions = self.functions(x, self.inverse.ncols());
         list_of(self.inverse.ncols(), |k| functions.iter().enumerate().map(|(f, v)| v * self.inverse[(f, k)]).sum())
     }

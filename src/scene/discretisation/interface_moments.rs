@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use crate::each::{Each, add};
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 use crate::linear::vector::dot;
 
 use super::interface::{Face, Traces};
@@ -31,8 +31,8 @@ pub(crate) struct Weighed<'a> {
 
 impl<'a> Weighed<'a> {
     /// Moments about a point, lengths over `size`.
-    pub(crate) fn new(face: &'a Face, centre: &Point<3>, size: f64) -> Self {
-        let linear = |x: &Point<3>| {
+    pub(crate) fn new(face: &'a Face, centre: &Vec3, size: f64) -> Self {
+        let linear = |x: &Vec3| {
             let offset = (x - centre) / size;
             [1.0, offset[0], offset[1], offset[2]]
         };

@@ -4,7 +4,7 @@ use nalgebra::{Matrix4, Vector4};
 
 use crate::each::{Each, list_of};
 use crate::error::Error;
-use crate::geometry::{Point, all_padded, padded};
+use crate::geometry::{Point, Vec3, all_padded, padded};
 use crate::kinematics::Kinematics;
 use crate::quadrature::Points;
 use crate::table::ShapeTable;
@@ -41,7 +41,7 @@ pub(super) fn linear_fits<const D: usize>(
         points.groups.push(clusters.points(cluster).end);
     }
     let closest = closest(of, nodes);
-    let nodes: Vec<Point<3>> = all_padded(nodes);
+    let nodes: Vec<Vec3> = all_padded(nodes);
     ShapeTable::tabulate(nodes.len(), &points, kinematics, &|scratch, point, out| {
         let near = scratch.of::<Vec<(f64, u32)>>();
         out.nodes.clear();
@@ -65,11 +65,11 @@ pub(super) fn linear_fits<const D: usize>(
 
 /// Hands out the value and gradient of each particle that has a weight in the fit at a point, of those that it sees.
 fn fit(
-    at: &Point<3>,
+    at: &Vec3,
     seen: &[u32],
-    (nodes, closest): (&[Point<3>], &[f64]),
+    (nodes, closest): (&[Vec3], &[f64]),
     near: &mut Vec<(f64, u32)>,
-    push: &mut dyn FnMut(u32, f64, Point<3>),
+    push: &mut dyn FnMut(u32, f64, Vec3),
 ) {
     near.clear();
     near.extend(seen.iter().map(|&node| ((nodes[node as usize] - at).norm(), node)));
@@ -102,7 +102,7 @@ fn fit(
     near.sort_unstable_by_key(|own| own.1);
     for &(distance, node) in near.iter() {
         let own = inverse * term(node, scale) * weight(distance, node, scale);
-        push(node, own[0], Point::<3>::new(own[1], own[2], own[3]) / scale);
+        push(node, own[0], Vec3::new(own[1], own[2], own[3]) / scale);
     }
 }
 

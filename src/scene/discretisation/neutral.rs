@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::contact::{ContactSurface, RollingSpring};
-use crate::geometry::{Point, padded};
+use crate::geometry::{Point, Vec2, padded};
 use crate::material::Material;
 
 use super::discrete_body::DiscreteBody;
@@ -81,7 +81,7 @@ fn smooth<'a>(nodes: &Range<usize>, contacts: &'a [Contact]) -> Option<Vec<&'a C
 }
 
 /// Radius and centre of the circle that all particles of contact surfaces lie on.
-fn circle(surfaces: &[&ContactSurface], model: &Model) -> Option<(f64, Point<2>)> {
+fn circle(surfaces: &[&ContactSurface], model: &Model) -> Option<(f64, Vec2)> {
     let surface = surfaces.first()?;
     let at = |trace: usize| model.point::<2>(surface.traces[trace].particle as usize);
     let count = surface.traces.len();
@@ -97,7 +97,7 @@ fn circle(surfaces: &[&ContactSurface], model: &Model) -> Option<(f64, Point<2>)
 /// What holds a round body between surfaces, on one of its own surfaces.
 fn spring(
     surface: &ContactSurface,
-    centre: &Point<2>,
+    centre: &Vec2,
     contacts: &[Contact],
     stiffness: f64,
     model: &Model,
@@ -105,7 +105,7 @@ fn spring(
     let at = |trace: usize| model.point::<2>(surface.traces[trace].particle as usize);
     let (count, radius) = (surface.traces.len(), (at(0) - centre).norm());
     // Where surfaces are farthest away, and opposite of it.
-    let distance = |x: &Point<2>| {
+    let distance = |x: &Vec2| {
         let rigid = contacts.iter().filter_map(|contact| contact.law.rigid());
         let gaps = rigid.map(|law| law.surface.placed(0.0, [0.0; 2]).nearest(&*law.surface.shape, &padded(x)).gap);
         gaps.fold(f64::INFINITY, f64::min)
@@ -117,7 +117,7 @@ fn spring(
         return None;
     }
     let across = at(first) - at(second);
-    let tangent = Point::<2>::new(-across[1], across[0]) / across.norm();
+    let tangent = Vec2::new(-across[1], across[0]) / across.norm();
     let mut weights: Vec<(u32, f64)> = Vec::new();
     for (trace, sign) in [(first, 1.0), (second, -1.0)] {
         let trace = &surface.traces[trace];
@@ -131,7 +131,7 @@ fn spring(
 }
 
 /// The centre of the circle through three points of the plane.
-fn circumcentre(a: &Point<2>, b: &Point<2>, c: &Point<2>) -> Option<Point<2>> {
+fn circumcentre(a: &Vec2, b: &Vec2, c: &Vec2) -> Option<Vec2> {
     let (p, q) = (b - a, c - a);
     let twice = 2.0 * (p[0] * q[1] - p[1] * q[0]);
     let (p2, q2) = (p.norm_squared(), q.norm_squared());
@@ -140,7 +140,7 @@ fn circumcentre(a: &Point<2>, b: &Point<2>, c: &Point<2>) -> Option<Point<2>> {
 }
 
 /// Whether the body is as heavy on all sides: its moments $\int r^m e^{im\varphi}\,\mathrm d\Omega$ vanish.
-fn is_even<const D: usize>(body: &DiscreteBody<D>, sharing: &Sharing, centre: &Point<2>) -> bool {
+fn is_even<const D: usize>(body: &DiscreteBody<D>, sharing: &Sharing, centre: &Vec2) -> bool {
     let centre = padded(centre);
     let table = body.body.table();
     // Two parts of each moment and what they are measured against.

@@ -3,14 +3,12 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::Matrix3;
-
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::{Cells, Lattice};
 use crate::each::Each;
 use crate::error::{ApproximationError, BoundaryError, Error, SolveError};
-use crate::geometry::{Point, all_padded};
+use crate::geometry::{Mat3, Point, all_padded};
 use crate::solve::{Analysis, State};
 use crate::term::{Body, Term};
 
@@ -197,7 +195,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// [`SolveError::OtherModel`] for a state of another problem.
-    pub fn deformation_gradients(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
+    pub fn deformation_gradients(&self, state: &State) -> Result<Vec<Mat3>, Error> {
         self.check_length(state)?;
         Ok(self.view().deformation_gradients(state))
     }

@@ -1,11 +1,9 @@
 //! What a state tells of a contact.
 
-use nalgebra::{Matrix3, Vector3};
-
 use crate::contact::{ContactError, Trace, chains};
 use crate::each::Each;
 use crate::error::{Error, OutputError};
-use crate::geometry::{Point, padded};
+use crate::geometry::{Mat3, Point, Vec3, padded};
 use crate::output::Table;
 use crate::solve::{EquilibriumPath, State};
 use crate::term::View;
@@ -43,7 +41,7 @@ pub struct ContactState<const D: usize> {
     /// the sum over all directions.
     pub force: Point<D>,
     /// Moment about the origin of that force \[force·length\]; in the plane about axis 2.
-    pub moment: Vector3<f64>,
+    pub moment: Vec3,
     /// What touches in the current state: the width in the plane and along the meridian \[length\], the area in space \[length²\].
     pub extent: f64,
     /// How far the surface has gone \[length\].
@@ -110,8 +108,7 @@ impl<const D: usize> Problem<D> {
                     let stretch = surface.outward(point, &state.displacement).norm();
                     let gradient = || surface.table.displacement_gradient(point as usize, &state.displacement);
                     let x = || padded(&surface.table.positions[point as usize]);
-                    let thickness =
-                        sheet.map_or(1.0, |sheet| sheet.thickness(&(Matrix3::identity() + gradient()), &x()));
+                    let thickness = sheet.map_or(1.0, |sheet| sheet.thickness(&(Mat3::identity() + gradient()), &x()));
                     area += weight * stretch * thickness;
                 }
                 places.push(Place { reference: padded(&reference), position: padded(&position), area });
@@ -156,8 +153,8 @@ impl<const D: usize> Problem<D> {
 
 /// Where the particle of a trace function is in the body at rest and now, and the area of the trace function now.
 struct Place {
-    reference: Point<3>,
-    position: Point<3>,
+    reference: Vec3,
+    position: Vec3,
     area: f64,
 }
 
@@ -179,11 +176,11 @@ fn found<const D: usize>(contact: &Contact, state: &State, places: &[Place]) -> 
     let surfaces = contact.law.surfaces();
     let force = match surfaces {
         // What a part does to itself is nothing in all.
-        [_] if moment.is_none() => pressed.forces.iter().sum::<Point<3>>(),
+        [_] if moment.is_none() => pressed.forces.iter().sum::<Vec3>(),
         _ => pressed.total * if swapped { -1.0 } else { 1.0 },
     };
     let (mut extent, mut points) = (0.0, Vec::with_capacity(places.len()));
-    let mut own_moment = Vector3::zeros();
+    let mut own_moment = Vec3::zeros();
     for (side, surface) in surfaces.iter().enumerate() {
         let (first, mut own) = (points.len(), Vec::new());
         for (k, &Place { reference, position, area }) in

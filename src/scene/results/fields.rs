@@ -1,10 +1,8 @@
 //! Fields of a state: stresses, means at particles, and a grid for ParaView.
 
-use nalgebra::Matrix3;
-
 use crate::each::{Each, EachOf};
 use crate::error::{ApproximationError, Error};
-use crate::geometry::{Point, unit};
+use crate::geometry::{Mat3, Point, Vec3, unit};
 use crate::kinematics::Kinematics;
 use crate::mesh::{CellShape, spanned};
 use crate::output::{VtkCell, VtkField, VtkGrid};
@@ -42,7 +40,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// [`SolveError::OtherModel`](crate::error::SolveError::OtherModel) for a state of another problem.
-    pub fn stresses(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
+    pub fn stresses(&self, state: &State) -> Result<Vec<Mat3>, Error> {
         self.view().stresses(state)
     }
 
@@ -52,7 +50,7 @@ impl<const D: usize> Problem<D> {
     /// $w_P$ the measures of the points, $d_{Ii}$ the distance of a particle to its neighbours along axis $i$
     /// ([`Cells::spacings`](crate::cells::Cells::spacings)), in the values' unit. Zeros for values of another table. Where ranks
     /// share the scene each of them gives the values at its own points, and all get the same means.
-    pub fn at_particles(&self, values: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
+    pub fn at_particles(&self, values: &[Mat3]) -> Vec<Mat3> {
         self.view().at_particles(values)
     }
 
@@ -143,14 +141,14 @@ impl ProblemView<'_> {
             of_body.resize(positions.len(), surface.body as f64);
             of_cell.resize(cells.len(), surface.body as i64);
         }
-        let current: Vec<Point<3>> = positions.paired(&displacements, |x, u| x + u);
+        let current: Vec<Vec3> = positions.paired(&displacements, |x, u| x + u);
         let ratios: Option<Vec<f64>> = cells.iter().map(|cell| volume_ratio(dim, cell, &positions, &current)).collect();
         let mut stresses = match self.model.ranks() {
             None => self.recovered_at_particles(state)?,
             Some(_) => self.at_particles(&self.stresses(state)?),
         };
         let at_particles = stresses.clone();
-        stresses.resize(rigid_end, Matrix3::zeros());
+        stresses.resize(rigid_end, Mat3::zeros());
         stresses.extend(surfaces.iter().flat_map(|surface| surface.interpolated(&at_particles)));
         let mut grid = VtkGrid::new(&current, cells);
         grid.point_data.extend([
@@ -169,7 +167,7 @@ impl ProblemView<'_> {
 }
 
 /// The least ratio of the volumes that the edges at a corner of a cell span; none for shapes without such corners.
-fn volume_ratio(dim: usize, cell: &VtkCell, positions: &[Point<3>], current: &[Point<3>]) -> Option<f64> {
+fn volume_ratio(dim: usize, cell: &VtkCell, positions: &[Vec3], current: &[Vec3]) -> Option<f64> {
     let shape = match (dim, cell) {
         (1, VtkCell::Line(_)) => CellShape::Line,
         (2, VtkCell::Triangle(_)) => CellShape::Triangle,
@@ -180,7 +178,7 @@ fn volume_ratio(dim: usize, cell: &VtkCell, positions: &[Point<3>], current: &[P
         _ => return None,
     };
     let corners = cell.corners();
-    let volume = |x: &[Point<3>], corner: usize| {
+    let volume = |x: &[Vec3], corner: usize| {
         // Along axes that there are not, cells have the length 1.
         let mut ways = [0, 1, 2].each(unit);
         for (way, &other) in ways.iter_mut().zip(shape.neighbours()[corner]) {
@@ -193,7 +191,7 @@ fn volume_ratio(dim: usize, cell: &VtkCell, positions: &[Point<3>], current: &[P
 }
 
 /// A cell in VTK's order: around, where lattices count along their axes.
-pub(crate) fn vtk_cell(dim: usize, corners: &[usize], positions: &[Point<3>]) -> VtkCell {
+pub(crate) fn vtk_cell(dim: usize, corners: &[usize], positions: &[Vec3]) -> VtkCell {
     match (dim, corners) {
         (_, &[a]) => VtkCell::Vertex(a),
         (_, &[a, b]) => VtkCell::Line([a, b]),

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use crate::each::{Each, EachOf, IntoEach, list_of};
 use crate::error::Error;
-use crate::geometry::Point;
+use crate::geometry::{Vec2, Vec3};
 use crate::mesh::CellShape;
 use crate::output::{Page, Picture, VtkCell};
 use crate::shape::ShapeFunctions;
@@ -105,7 +105,7 @@ impl ProblemView<'_> {
         let positions = &self.positions()[..displacements.len()];
         let mut drawn = Drawn::default();
         let mut faces = contact_surface(self.dim, &self.drawn_cells(), positions);
-        let (mut bonded, mut rigid): (HashSet<[usize; 2]>, HashMap<[u64; 3], Point<3>>) = Default::default();
+        let (mut bonded, mut rigid): (HashSet<[usize; 2]>, HashMap<[u64; 3], Vec3>) = Default::default();
         for (shape, moved) in self.rigid_shapes(state) {
             let own = faces_beside(self.dim, shape, &mut faces, &mut bonded, positions);
             let points = &shape.points;
@@ -113,7 +113,7 @@ impl ProblemView<'_> {
             let current = points.paired(&moved, |x, u| x + u);
             drawn.add(Divided::new(points, &own, 1), current, &|_| f64::NAN);
         }
-        let value = |psi: &ShapeFunctions<3>, u: &Point<3>| match field {
+        let value = |psi: &ShapeFunctions<3>, u: &Vec3| match field {
             Field::Displacement => u.norm(),
             _ => psi.nodes.pair_sum(&psi.values, |node, part| part * at_particles[*node as usize]),
         };
@@ -134,7 +134,7 @@ impl ProblemView<'_> {
             let of_body: Vec<Vec<usize>> = of_body.map(|face| face.mapped(|corner| corner - first)).collect();
             let divided = Divided::new(&positions[own.nodes()], &of_body, parts);
             let functions = own.values_on(&divided.points, &divided.weights)?;
-            let mut moved: Vec<Point<3>> = functions.mapped(|psi| own.weighted(psi, state));
+            let mut moved: Vec<Vec3> = functions.mapped(|psi| own.weighted(psi, state));
             // The rim of a face that is bonded to a rigid body moves with it.
             let rim = |ends: &[usize; 2]| bonded.contains(&ends.each(|corner| first + corner));
             for (line, _) in divided.lines.iter().zip(&divided.ends).filter(|(_, ends)| rim(ends)) {
@@ -158,20 +158,20 @@ impl ProblemView<'_> {
         &self,
         field: Field,
         state: &State,
-        value: &dyn Fn(&ShapeFunctions<3>, &Point<3>) -> f64,
+        value: &dyn Fn(&ShapeFunctions<3>, &Vec3) -> f64,
     ) -> Result<Picture, Error> {
         let (mut points, mut faces, mut lines, mut values) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for own in &self.bodies {
             for cell in own.drawn() {
-                let ends: Vec<Point<3>> = cell.mapped(|&end| own.particle(end));
+                let ends: Vec<Vec3> = cell.mapped(|&end| own.particle(end));
                 let functions = own.values_at(&ends)?;
-                let moved: Vec<Point<3>> = functions.mapped(|psi| own.weighted(psi, state));
+                let moved: Vec<Vec3> = functions.mapped(|psi| own.weighted(psi, state));
                 let functions: Vec<_> = functions.into_mapped(|psi| psi.shifted(own.nodes().start));
                 let start = points.len();
                 for part in 0..=AROUND {
                     let (sine, cosine) = (0.5 * PI * part as f64 / AROUND as f64).sin_cos();
                     for ((x, u), psi) in ends.iter().zip(&moved).zip(&functions) {
-                        points.push(Point::<2>::new(cosine, sine) * (x[0] + u[0]));
+                        points.push(Vec2::new(cosine, sine) * (x[0] + u[0]));
                         values.push(value(psi, u));
                     }
                 }
@@ -208,11 +208,11 @@ fn faces_beside(
     shape: &RigidShape,
     faces: &mut Vec<Vec<usize>>,
     bonded_edges: &mut HashSet<[usize; 2]>,
-    positions: &[Point<3>],
+    positions: &[Vec3],
 ) -> Vec<Vec<usize>> {
     let points = &shape.points[..];
     let mut own = contact_surface(dim, &shape.cells, points);
-    let place = |corners: &[usize], x: &[Point<3>]| {
+    let place = |corners: &[usize], x: &[Vec3]| {
         let mut place: Vec<[u64; 3]> = corners.mapped(|&c| bits(&x[c]));
         place.sort_unstable();
         place
@@ -235,15 +235,15 @@ fn faces_beside(
 #[derive(Default)]
 struct Drawn {
     /// Where points are at rest and in the state.
-    rest: Vec<Point<3>>,
-    points: Vec<Point<3>>,
+    rest: Vec<Vec3>,
+    points: Vec<Vec3>,
     faces: Vec<Vec<usize>>,
     lines: Vec<Vec<usize>>,
     values: Vec<f64>,
 }
 
 impl Drawn {
-    fn add(&mut self, divided: Divided, current: Vec<Point<3>>, value: &dyn Fn(usize) -> f64) {
+    fn add(&mut self, divided: Divided, current: Vec<Vec3>, value: &dyn Fn(usize) -> f64) {
         let first = self.points.len();
         let shifted = |all: Vec<Vec<usize>>| all.into_iter().map(move |one| one.into_mapped(|p| first + p));
         self.faces.extend(shifted(divided.faces));
@@ -267,7 +267,7 @@ const FINE: usize = 20_000;
 
 /// Faces cut into smaller ones by shared points, with the lines along the edges of the faces that were.
 struct Divided {
-    points: Vec<Point<3>>,
+    points: Vec<Vec3>,
     /// What makes each point of the corners of its face.
     weights: Vec<Vec<(usize, f64)>>,
     faces: Vec<Vec<usize>>,
@@ -277,7 +277,7 @@ struct Divided {
 }
 
 impl Divided {
-    fn new(points: &[Point<3>], faces: &[Vec<usize>], parts: usize) -> Self {
+    fn new(points: &[Vec3], faces: &[Vec<usize>], parts: usize) -> Self {
         if parts < 2 {
             let around = |face: &Vec<usize>| face.iter().chain(face.first()).copied().collect();
             return Divided {
@@ -308,7 +308,7 @@ impl Divided {
 
     fn side(
         &mut self,
-        points: &[Point<3>],
+        points: &[Vec3],
         ends: [usize; 2],
         parts: usize,
         corners: &mut HashMap<usize, usize>,
@@ -385,12 +385,12 @@ fn sorted(ends: [usize; 2]) -> [usize; 2] {
 }
 
 /// Coordinates as they are stored.
-fn bits(x: &Point<3>) -> [u64; 3] {
+fn bits(x: &Vec3) -> [u64; 3] {
     [x[0].to_bits(), x[1].to_bits(), x[2].to_bits()]
 }
 
 /// Faces that one cell alone has, outward; in the plane the cells themselves.
-fn contact_surface(dim: usize, cells: &[Vec<usize>], positions: &[Point<3>]) -> Vec<Vec<usize>> {
+fn contact_surface(dim: usize, cells: &[Vec<usize>], positions: &[Vec3]) -> Vec<Vec<usize>> {
     let cells = cells.iter().map(|corners| vtk_cell(dim, corners, positions));
     if dim < 3 {
         return cells.map(|cell| cell.corners().to_vec()).filter(|corners| corners.len() > 2).collect();
@@ -405,7 +405,7 @@ fn contact_surface(dim: usize, cells: &[Vec<usize>], positions: &[Point<3>]) -> 
             _ => continue,
         };
         let corners = cell.corners();
-        let centre = corners.iter().map(|&c| positions[c]).sum::<Point<3>>() / corners.len() as f64;
+        let centre = corners.iter().map(|&c| positions[c]).sum::<Vec3>() / corners.len() as f64;
         for face in shape.faces() {
             let mut face: Vec<usize> = face.mapped(|&k| corners[k]);
             let mut key = face.clone();

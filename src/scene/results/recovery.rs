@@ -5,13 +5,13 @@ mod surface;
 
 use std::sync::OnceLock;
 
-use nalgebra::{DVector, Matrix3, Vector3};
+use nalgebra::DVector;
 
 use crate::assembly::{Model, Ranks};
 use crate::boundary::Constraints;
 use crate::each::{Each, list_of};
 use crate::error::{ApproximationError, Error};
-use crate::geometry::{Point, padded};
+use crate::geometry::{Mat3, Point, Vec3, padded};
 use crate::parallel::map_with;
 use crate::shape::ShapeFunctions;
 use crate::solve::State;
@@ -55,7 +55,7 @@ struct BodyStress<'a> {
     recovery: Recovery<'a>,
     fits: Vec<OnceLock<Option<Fit>>>,
     /// What the polynomials miss of the tractions, facet by facet.
-    misses: Vec<OnceLock<Matrix3<f64>>>,
+    misses: Vec<OnceLock<Mat3>>,
 }
 
 impl<'a, const D: usize> StressField<'a, D> {
@@ -63,7 +63,7 @@ impl<'a, const D: usize> StressField<'a, D> {
     ///
     /// # Errors
     /// Where the point lies outside the bodies by more than a tenth of a cell.
-    pub fn at(&self, at: &Point<D>) -> Result<Matrix3<f64>, Error> {
+    pub fn at(&self, at: &Point<D>) -> Result<Mat3, Error> {
         let (own, psi) = self.seen(at)?;
         Ok(own.evaluate(&padded(at), &psi))
     }
@@ -92,12 +92,12 @@ impl<'a, const D: usize> StressField<'a, D> {
     ///
     /// # Errors
     /// Where a particle is not covered.
-    pub fn at_particles(&self) -> Result<Vec<Matrix3<f64>>, Error> {
+    pub fn at_particles(&self) -> Result<Vec<Mat3>, Error> {
         at_particles(&self.bodies)
     }
 }
 
-fn at_particles(bodies: &[BodyStress<'_>]) -> Result<Vec<Matrix3<f64>>, Error> {
+fn at_particles(bodies: &[BodyStress<'_>]) -> Result<Vec<Mat3>, Error> {
     let mut all = Vec::new();
     for body in bodies {
         all.append(&mut body.at_particles()?);
@@ -107,7 +107,7 @@ fn at_particles(bodies: &[BodyStress<'_>]) -> Result<Vec<Matrix3<f64>>, Error> {
 
 impl ProblemView<'_> {
     /// The recovered Cauchy stresses of a state at all particles.
-    pub(super) fn recovered_at_particles(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
+    pub(super) fn recovered_at_particles(&self, state: &State) -> Result<Vec<Mat3>, Error> {
         at_particles(&recovered(self, state)?)
     }
 }
@@ -126,10 +126,10 @@ impl<'a> BodyStress<'a> {
         Ok(BodyStress { recovery, fits, misses })
     }
 
-    fn at_particles(&self) -> Result<Vec<Matrix3<f64>>, Error> {
+    fn at_particles(&self) -> Result<Vec<Mat3>, Error> {
         let Recovery { body, ranks, .. } = &self.recovery;
         let particles = body.nodes().len();
-        let at = |(): &mut (), node: usize| -> Result<Matrix3<f64>, Error> {
+        let at = |(): &mut (), node: usize| -> Result<Mat3, Error> {
             Ok(self.evaluate(&body.particle(node), &body.values_at_node(node)?))
         };
         match ranks {
@@ -144,12 +144,12 @@ impl<'a> BodyStress<'a> {
     }
 
     /// The polynomials between particles, and near the surface what they miss there.
-    fn evaluate(&self, at: &Point<3>, psi: &ShapeFunctions<3>) -> Matrix3<f64> {
+    fn evaluate(&self, at: &Vec3, psi: &ShapeFunctions<3>) -> Mat3 {
         self.over_thickness(self.blend(at, psi) + self.missing(at, psi), psi)
     }
 
     /// How far patches differ, and what they miss of the tractions.
-    fn uncertainty(&self, at: &Point<3>, psi: &ShapeFunctions<3>) -> f64 {
+    fn uncertainty(&self, at: &Vec3, psi: &ShapeFunctions<3>) -> f64 {
         let mean = self.blend(at, psi);
         let (mut sum, mut total) = (0.0, 0.0);
         self.each(at, psi, &mut |value, stress| {
@@ -157,19 +157,19 @@ impl<'a> BodyStress<'a> {
             total += value.abs();
         });
         let spread = if total > 1e-9 { (sum / total).sqrt() } else { 0.0 };
-        let alone = self.over_thickness(Matrix3::identity(), psi)[(0, 0)];
+        let alone = self.over_thickness(Mat3::identity(), psi)[(0, 0)];
         (spread + self.missing(at, psi).norm()) * alone
     }
 
     /// What the polynomials miss of the tractions that are known nearby.
-    fn missing(&self, at: &Point<3>, psi: &ShapeFunctions<3>) -> Matrix3<f64> {
+    fn missing(&self, at: &Vec3, psi: &ShapeFunctions<3>) -> Mat3 {
         let mut facets: Vec<u32> = Vec::new();
         for &node in &psi.nodes {
             facets.extend_from_slice(&self.recovery.facets_of[node as usize]);
         }
         facets.sort_unstable();
         facets.dedup();
-        let (mut sum, mut total) = (Matrix3::zeros(), 1.0);
+        let (mut sum, mut total) = (Mat3::zeros(), 1.0);
         for facet in facets {
             let Facet { reference, owner, .. } = &self.recovery.facets[facet as usize];
             let reach = self.recovery.body.spacing(*owner as usize);
@@ -184,7 +184,7 @@ impl<'a> BodyStress<'a> {
     }
 
     /// A force per current length of a sheet over its thickness.
-    fn over_thickness(&self, stress: Matrix3<f64>, psi: &ShapeFunctions<3>) -> Matrix3<f64> {
+    fn over_thickness(&self, stress: Mat3, psi: &ShapeFunctions<3>) -> Mat3 {
         if self.recovery.thickness.is_empty() {
             return stress;
         }
@@ -194,27 +194,27 @@ impl<'a> BodyStress<'a> {
     }
 
     /// The smallest stress that brings the polynomials to the known tractions at a facet point.
-    fn miss(&self, facet: u32) -> Matrix3<f64> {
+    fn miss(&self, facet: u32) -> Mat3 {
         let miss = || {
             let Facet { reference, psi, area, traction, known, .. } = &self.recovery.facets[facet as usize];
             let missed = traction - self.blend(reference, psi) * area;
             // Δ = Σ λ_k (e_k ⊗ n + n ⊗ e_k) / 2 over the known components.
-            let mut gram = Matrix3::identity();
+            let mut gram = Mat3::identity();
             for i in (0..3).filter(|&i| known[i]) {
                 for j in (0..3).filter(|&j| known[j]) {
                     gram[(i, j)] = 0.5 * (f64::from(u8::from(i == j)) + area[i] * area[j]);
                 }
             }
-            let known = Vector3::from_fn(|i, _| if known[i] { missed[i] } else { 0.0 });
-            let factors = tensor::inverse(&gram).map_or_else(Vector3::zeros, |inverse| inverse * known);
+            let known = Vec3::from_fn(|i, _| if known[i] { missed[i] } else { 0.0 });
+            let factors = tensor::inverse(&gram).map_or_else(Vec3::zeros, |inverse| inverse * known);
             (factors * area.transpose() + area * factors.transpose()) * 0.5
         };
         *self.misses[facet as usize].get_or_init(miss)
     }
 
     /// $\sum_I\Psi_I\,\sigma_I(x)$ over the particles that have a patch.
-    fn blend(&self, at: &Point<3>, psi: &ShapeFunctions<3>) -> Matrix3<f64> {
-        let (mut stress, mut total) = (Matrix3::zeros(), 0.0);
+    fn blend(&self, at: &Vec3, psi: &ShapeFunctions<3>) -> Mat3 {
+        let (mut stress, mut total) = (Mat3::zeros(), 0.0);
         self.each(at, psi, &mut |value, own| {
             stress += own * value;
             total += value;
@@ -223,12 +223,12 @@ impl<'a> BodyStress<'a> {
     }
 
     /// Visits $\Psi_I$ and $\sigma_I(x)$ of the particles that have a patch.
-    fn each(&self, at: &Point<3>, psi: &ShapeFunctions<3>, visit: &mut dyn FnMut(f64, Matrix3<f64>)) {
+    fn each(&self, at: &Vec3, psi: &ShapeFunctions<3>, visit: &mut dyn FnMut(f64, Mat3)) {
         let x = self.recovery.moved(at, psi);
         for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
             let Some(fit) = self.fit(node) else { continue };
             let terms = terms(self.recovery.body.dim(), &fit.centre, &fit.scale, &x).values;
-            let mut stress = Matrix3::zeros();
+            let mut stress = Mat3::zeros();
             for (c, &(i, j)) in self.recovery.components.iter().enumerate() {
                 let part = fit.coefficients.rows(c * terms.len(), terms.len());
                 let sum: f64 = part.iter().zip(&terms).map(|(a, t)| a * t).sum();
@@ -256,7 +256,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// Where the point lies outside the body by more than a tenth of a cell; for a state of another problem.
-    pub fn stress(&self, state: &State, at: &Point<D>) -> Result<Matrix3<f64>, Error> {
+    pub fn stress(&self, state: &State, at: &Point<D>) -> Result<Mat3, Error> {
         self.stress_field(state)?.at(at)
     }
 
@@ -271,22 +271,22 @@ impl<const D: usize> Problem<D> {
 
 /// A facet point whose traction is known: $\sigma a = T$ in the components that are.
 struct Facet {
-    reference: Point<3>,
+    reference: Vec3,
     /// The particle nearest to it.
     owner: u32,
     psi: ShapeFunctions<3>,
-    current: Point<3>,
+    current: Vec3,
     weight: f64,
     /// $\operatorname{cof}(F)N$ of length 1.
-    area: Vector3<f64>,
-    traction: Vector3<f64>,
+    area: Vec3,
+    traction: Vec3,
     known: [bool; 3],
 }
 
 /// Quadratic polynomials around a particle.
 struct Fit {
-    centre: Point<3>,
-    scale: Point<3>,
+    centre: Vec3,
+    scale: Vec3,
     /// Component by component, as many as the basis has terms.
     coefficients: DVector<f64>,
 }
@@ -305,11 +305,11 @@ struct Recovery<'a> {
     thickness: Vec<f64>,
     /// Components that may be other than zero, hoops included.
     components: Vec<(usize, usize)>,
-    stresses: Vec<Matrix3<f64>>,
-    current: Vec<Point<3>>,
+    stresses: Vec<Mat3>,
+    current: Vec<Vec3>,
     jacobians: Vec<f64>,
     /// Body force $b/J$ per current volume at the integration points, where there is one.
-    body_force: Option<Vec<Vector3<f64>>>,
+    body_force: Option<Vec<Vec3>>,
     /// Clusters that see each particle.
     clusters: Vec<Vec<u32>>,
     facets: Vec<Facet>,
@@ -321,7 +321,7 @@ struct Recovery<'a> {
 /// Values and first derivatives of the basis at a point.
 struct Terms {
     values: Vec<f64>,
-    slopes: Vec<Point<3>>,
+    slopes: Vec<Vec3>,
 }
 
 /// Number of terms of the quadratic basis.
@@ -330,7 +330,7 @@ fn length(dim: usize) -> usize {
 }
 
 /// The basis $1, \xi_i, \xi_i\xi_j$ of $\xi_i = (x_i - c_i)/s_i$ and its derivatives by $x$.
-fn terms(dim: usize, centre: &Point<3>, scale: &Point<3>, at: &Point<3>) -> Terms {
+fn terms(dim: usize, centre: &Vec3, scale: &Vec3, at: &Vec3) -> Terms {
     let mut xi = [0.0; 3];
     for i in 0..dim {
         xi[i] = (at[i] - centre[i]) / scale[i];
@@ -373,20 +373,20 @@ impl<'a> Recovery<'a> {
             }
         }
         let gradients = body.settled_gradients(number, state);
-        let mut jacobians: Vec<f64> = gradients.mapped(Matrix3::determinant);
+        let mut jacobians: Vec<f64> = gradients.mapped(Mat3::determinant);
         let mut stresses = body.stresses(number, state);
         let mut thickness = Vec::new();
         if body.is_sheet() {
             // The elastic part times the free one.
-            let across = |(point, f): (usize, &Matrix3<f64>)| Matrix3::repeat(f[(2, 2)] / body.at_rest(point)[(2, 2)]);
-            let across: Vec<Matrix3<f64>> = gradients.iter().enumerate().map(across).collect();
+            let across = |(point, f): (usize, &Mat3)| Mat3::repeat(f[(2, 2)] / body.at_rest(point)[(2, 2)]);
+            let across: Vec<Mat3> = gradients.iter().enumerate().map(across).collect();
             stresses.iter_mut().zip(&across).for_each(|(stress, stretch)| *stress *= stretch[(0, 0)]);
             jacobians.iter_mut().zip(&across).for_each(|(j, stretch)| *j /= stretch[(0, 0)]);
             thickness = body.at_particles(&across, problem.model.ranks()).mapped(|mean| mean[(0, 0)]);
         } else {
             components.extend((dim..3).map(|k| (k, k)));
         }
-        let places: Vec<Point<3>> = list_of(stresses.len(), |point| body.point(point));
+        let places: Vec<Vec3> = list_of(stresses.len(), |point| body.point(point));
         let current = moved_in(body, state, &places)?;
         let mut recovery = Recovery {
             model: problem.model,
@@ -424,7 +424,7 @@ impl<'a> Recovery<'a> {
     }
 
     /// The current position of a point.
-    fn moved(&self, at: &Point<3>, psi: &ShapeFunctions<3>) -> Point<3> {
+    fn moved(&self, at: &Vec3, psi: &ShapeFunctions<3>) -> Vec3 {
         let (mut x, dim) = (*at, self.body.dim());
         for (&node, value) in psi.nodes.iter().zip(&psi.values) {
             for i in 0..dim {
@@ -436,7 +436,7 @@ impl<'a> Recovery<'a> {
 }
 
 /// Current positions of points of a body.
-fn moved_in(body: &dyn BodyView, state: &State, points: &[Point<3>]) -> Result<Vec<Point<3>>, Error> {
+fn moved_in(body: &dyn BodyView, state: &State, points: &[Vec3]) -> Result<Vec<Vec3>, Error> {
     let mut moved = points.to_vec();
     for (x, psi) in moved.iter_mut().zip(body.values_at(points)?) {
         *x += body.weighted(&psi, state);

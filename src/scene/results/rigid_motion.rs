@@ -1,10 +1,10 @@
 //! How rigid bodies move in a state.
 
-use nalgebra::{Matrix3, Rotation3, SMatrix};
+use nalgebra::{Rotation3, SMatrix};
 
 use crate::each::Each;
 use crate::error::{BoundaryError, Error};
-use crate::geometry::{Point, padded};
+use crate::geometry::{Mat3, Point, padded};
 use crate::solve::State;
 
 use crate::scene::discretisation::problem::Problem;
@@ -24,14 +24,14 @@ impl<const D: usize> RigidMotion<D> {
     /// The rotation vector \[rad\]: along the axis, as long as the angle, which is at most π; in the plane its third component
     /// alone.
     pub fn rotation_vector(&self) -> [f64; 3] {
-        let mut whole = Matrix3::identity();
+        let mut whole = Mat3::identity();
         whole.view_mut((0, 0), (D, D)).copy_from(&self.rotation);
         rotation_vector(&whole)
     }
 }
 
 /// The rotation vector of a matrix.
-pub(super) fn rotation_vector(rotation: &Matrix3<f64>) -> [f64; 3] {
+pub(super) fn rotation_vector(rotation: &Mat3) -> [f64; 3] {
     Rotation3::from_matrix_unchecked(*rotation).scaled_axis().into()
 }
 

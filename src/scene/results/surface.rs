@@ -1,11 +1,9 @@
 //! Surfaces of bodies that are drawn where no particles are.
 
-use nalgebra::Matrix3;
-
 use super::view::ProblemView;
 use crate::each::{Each, IntoEach};
 use crate::error::Error;
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Vec3};
 use crate::shape::ShapeFunctions;
 use crate::solve::State;
 
@@ -13,8 +11,8 @@ use crate::solve::State;
 pub(super) struct DrawnSurface {
     /// The number of the body.
     pub(super) body: usize,
-    pub(super) points: Vec<Point<3>>,
-    pub(super) displacements: Vec<Point<3>>,
+    pub(super) points: Vec<Vec3>,
+    pub(super) displacements: Vec<Vec3>,
     pub(super) facets: Vec<Vec<usize>>,
     /// Shape functions at the points, by the particles of all bodies.
     pub(super) functions: Vec<ShapeFunctions<3>>,
@@ -22,7 +20,7 @@ pub(super) struct DrawnSurface {
 
 impl DrawnSurface {
     /// Values at the points from those at all particles.
-    pub(super) fn interpolated(&self, at_particles: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
+    pub(super) fn interpolated(&self, at_particles: &[Mat3]) -> Vec<Mat3> {
         let at = |psi: &ShapeFunctions<3>| {
             psi.nodes.iter().zip(&psi.values).map(|(n, v)| at_particles[*n as usize] * *v).sum()
         };

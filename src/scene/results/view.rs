@@ -3,13 +3,11 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use nalgebra::Matrix3;
-
 use crate::assembly::{Model, Ranks};
 use crate::boundary::Constraints;
 use crate::each::{Each, IntoEach, list_of};
 use crate::error::{ApproximationError, Error};
-use crate::geometry::{Point, all_padded, cut, padded};
+use crate::geometry::{Mat3, Point, Vec3, all_padded, cut, padded};
 use crate::material::Material;
 use crate::parallel::map_with;
 use crate::scene::Problem;
@@ -26,8 +24,8 @@ pub(crate) type Traces = Vec<Vec<(u32, f64)>>;
 
 /// Points on the surface of a body.
 pub(crate) struct SurfaceRule {
-    pub positions: Vec<Point<3>>,
-    pub normals: Vec<Point<3>>,
+    pub positions: Vec<Vec3>,
+    pub normals: Vec<Vec3>,
     pub weights: Vec<f64>,
     /// The particles whose equations over the surface would prescribe each point, where there are trace functions.
     pub traces: Option<Traces>,
@@ -58,34 +56,34 @@ pub(crate) trait BodyView: Send + Sync {
     fn clusters(&self) -> &Clusters;
     fn hoops(&self) -> &'static [usize];
     fn weights(&self) -> &[f64];
-    fn point(&self, point: usize) -> Point<3>;
+    fn point(&self, point: usize) -> Vec3;
     fn seen_by(&self, point: usize) -> &[u32];
     fn zone_functions(&self, point: usize) -> &[f64];
-    fn at_rest(&self, point: usize) -> Matrix3<f64>;
+    fn at_rest(&self, point: usize) -> Mat3;
     /// Of the kinematics alone, linear in the displacement.
-    fn displacement_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64>;
-    fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64>;
+    fn displacement_gradient(&self, point: usize, displacement: &[f64]) -> Mat3;
+    fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Mat3;
     /// In a sheet with the thickness that its history leaves.
-    fn deformation_in(&self, point: usize, view: View<'_>) -> Matrix3<f64>;
-    fn nominal_stress(&self, point: usize, f: &Matrix3<f64>, view: View<'_>) -> Matrix3<f64>;
+    fn deformation_in(&self, point: usize, view: View<'_>) -> Mat3;
+    fn nominal_stress(&self, point: usize, f: &Mat3, view: View<'_>) -> Mat3;
     fn pressures(&self, view: View<'_>) -> Option<Vec<f64>>;
     /// Of the part that is proportional to the bulk modulus.
     fn bulk_pressures(&self, view: View<'_>) -> Option<Vec<f64>>;
 
-    fn particle(&self, particle: usize) -> Point<3>;
-    fn spacings(&self, particle: usize) -> Point<3>;
-    fn holds(&self, at: &Point<3>) -> bool;
+    fn particle(&self, particle: usize) -> Vec3;
+    fn spacings(&self, particle: usize) -> Vec3;
+    fn holds(&self, at: &Vec3) -> bool;
     fn drawn(&self) -> Vec<Vec<usize>>;
-    fn drawn_surface(&self) -> Option<(Vec<Point<3>>, Vec<Vec<usize>>)>;
+    fn drawn_surface(&self) -> Option<(Vec<Vec3>, Vec<Vec<usize>>)>;
     /// Points on the whole surface, so many times as dense along each direction as loads have them.
     fn surface(&self, density: usize) -> Result<SurfaceRule, Error>;
 
     /// Values and gradients of its functions at a point.
-    fn functions(&self, at: &Point<3>) -> Result<ShapeFunctions<3>, ApproximationError>;
+    fn functions(&self, at: &Vec3) -> Result<ShapeFunctions<3>, ApproximationError>;
     /// Values of its functions at each of several points, or why there are none.
-    fn each_at(&self, points: &[Point<3>]) -> Vec<Result<ShapeFunctions<3>, ApproximationError>>;
+    fn each_at(&self, points: &[Vec3]) -> Vec<Result<ShapeFunctions<3>, ApproximationError>>;
     fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<3>, ApproximationError>;
-    fn particle_displacements(&self, state: &State) -> Result<Vec<Point<3>>, Error>;
+    fn particle_displacements(&self, state: &State) -> Result<Vec<Vec3>, Error>;
 }
 
 impl<const D: usize> BodyView for DiscreteBody<D> {
@@ -125,7 +123,7 @@ impl<const D: usize> BodyView for DiscreteBody<D> {
         self.body.table().weights()
     }
 
-    fn point(&self, point: usize) -> Point<3> {
+    fn point(&self, point: usize) -> Vec3 {
         padded(&self.body.table().positions()[point])
     }
 
@@ -137,23 +135,23 @@ impl<const D: usize> BodyView for DiscreteBody<D> {
         self.body.zone_functions(point)
     }
 
-    fn at_rest(&self, point: usize) -> Matrix3<f64> {
+    fn at_rest(&self, point: usize) -> Mat3 {
         self.body.table().at_rest(point)
     }
 
-    fn displacement_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
+    fn displacement_gradient(&self, point: usize, displacement: &[f64]) -> Mat3 {
         self.body.table().displacement_gradient(point, displacement)
     }
 
-    fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
+    fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Mat3 {
         self.body.deformation_gradient(point, displacement)
     }
 
-    fn deformation_in(&self, point: usize, view: View<'_>) -> Matrix3<f64> {
+    fn deformation_in(&self, point: usize, view: View<'_>) -> Mat3 {
         self.body.deformation_in(point, view)
     }
 
-    fn nominal_stress(&self, point: usize, f: &Matrix3<f64>, view: View<'_>) -> Matrix3<f64> {
+    fn nominal_stress(&self, point: usize, f: &Mat3, view: View<'_>) -> Mat3 {
         self.body.stress(point, f, view)
     }
 
@@ -165,15 +163,15 @@ impl<const D: usize> BodyView for DiscreteBody<D> {
         self.body.bulk_pressures(view)
     }
 
-    fn particle(&self, particle: usize) -> Point<3> {
+    fn particle(&self, particle: usize) -> Vec3 {
         padded(&self.cells.positions()[particle])
     }
 
-    fn spacings(&self, particle: usize) -> Point<3> {
+    fn spacings(&self, particle: usize) -> Vec3 {
         padded(&self.cells.spacings(particle))
     }
 
-    fn holds(&self, at: &Point<3>) -> bool {
+    fn holds(&self, at: &Vec3) -> bool {
         self.cells.contains(&padded(at))
     }
 
@@ -181,7 +179,7 @@ impl<const D: usize> BodyView for DiscreteBody<D> {
         self.cells.drawn()
     }
 
-    fn drawn_surface(&self) -> Option<(Vec<Point<3>>, Vec<Vec<usize>>)> {
+    fn drawn_surface(&self) -> Option<(Vec<Vec3>, Vec<Vec<usize>>)> {
         let (points, facets) = self.cells.drawn_surface()?;
         Some((all_padded(&points), facets))
     }
@@ -204,11 +202,11 @@ impl<const D: usize> BodyView for DiscreteBody<D> {
         Ok(SurfaceRule { positions, normals, weights: points.weights, traces })
     }
 
-    fn functions(&self, at: &Point<3>) -> Result<ShapeFunctions<3>, ApproximationError> {
+    fn functions(&self, at: &Vec3) -> Result<ShapeFunctions<3>, ApproximationError> {
         Ok(lifted(self.approximation.shape_functions(&padded(at))?))
     }
 
-    fn each_at(&self, points: &[Point<3>]) -> Vec<Result<ShapeFunctions<3>, ApproximationError>> {
+    fn each_at(&self, points: &[Vec3]) -> Vec<Result<ShapeFunctions<3>, ApproximationError>> {
         map_with(points.len(), SERIAL_BELOW, Scratch::default, |scratch, point| {
             let mut psi = ShapeFunctions::default();
             self.approximation.evaluate_values(&padded(&points[point]), scratch, &mut psi)?;
@@ -220,7 +218,7 @@ impl<const D: usize> BodyView for DiscreteBody<D> {
         Ok(lifted(DiscreteBody::values_at_node(self, node)?))
     }
 
-    fn particle_displacements(&self, state: &State) -> Result<Vec<Point<3>>, Error> {
+    fn particle_displacements(&self, state: &State) -> Result<Vec<Vec3>, Error> {
         let (mut scratch, mut psi) = (Scratch::default(), ShapeFunctions::default());
         let mut displacements = Vec::with_capacity(self.nodes.len());
         for particle in 0..self.nodes.len() {
@@ -238,7 +236,7 @@ fn lifted<const D: usize>(psi: ShapeFunctions<D>) -> ShapeFunctions<3> {
 
 impl dyn BodyView + '_ {
     /// Values of its functions at points.
-    pub(crate) fn values_at(&self, points: &[Point<3>]) -> Result<Vec<ShapeFunctions<3>>, Error> {
+    pub(crate) fn values_at(&self, points: &[Vec3]) -> Result<Vec<ShapeFunctions<3>>, Error> {
         Ok(self.each_at(points).into_iter().collect::<Result<_, _>>()?)
     }
 
@@ -246,7 +244,7 @@ impl dyn BodyView + '_ {
     /// does not reach, in a bore say, move as these particles do.
     pub(super) fn values_on(
         &self,
-        points: &[Point<3>],
+        points: &[Vec3],
         weights: &[Vec<(usize, f64)>],
     ) -> Result<Vec<ShapeFunctions<3>>, Error> {
         let mut all = Vec::with_capacity(points.len());
@@ -273,18 +271,13 @@ impl dyn BodyView + '_ {
     }
 
     /// $\sum_I \Psi_I d_I$.
-    pub(super) fn weighted(&self, psi: &ShapeFunctions<3>, state: &State) -> Point<3> {
+    pub(super) fn weighted(&self, psi: &ShapeFunctions<3>, state: &State) -> Vec3 {
         psi.weighted(self.dim(), &state.displacement[self.nodes().start * self.dim()..])
     }
 
     /// The displacement $u$ and the deformation gradient $F$ at a point, whose functions are given, from the coefficients of the body.
-    pub(super) fn moved(
-        &self,
-        at: &Point<3>,
-        psi: &ShapeFunctions<3>,
-        coefficients: &[f64],
-    ) -> (Point<3>, Matrix3<f64>) {
-        let (dim, mut u, mut f) = (self.dim(), Point::zeros(), Matrix3::identity());
+    pub(super) fn moved(&self, at: &Vec3, psi: &ShapeFunctions<3>, coefficients: &[f64]) -> (Vec3, Mat3) {
+        let (dim, mut u, mut f) = (self.dim(), Point::zeros(), Mat3::identity());
         for (&node, (value, gradient)) in psi.nodes.iter().zip(psi.values.iter().zip(&psi.gradients)) {
             let d = &coefficients[node as usize * dim..][..dim];
             for i in 0..dim {
@@ -311,20 +304,20 @@ impl dyn BodyView + '_ {
     }
 
     /// Deformation gradients at the points of the body's table, in a sheet with the thickness that its history leaves.
-    pub(super) fn settled_gradients(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
+    pub(super) fn settled_gradients(&self, number: usize, state: &State) -> Vec<Mat3> {
         let Some(view) = state.view(number) else { return Vec::new() };
         list_of(self.weights().len(), |point| self.deformation_in(point, view))
     }
 
     /// Cauchy stresses at the points of the body's table; `number` is that of its term.
-    pub(super) fn stresses(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
+    pub(super) fn stresses(&self, number: usize, state: &State) -> Vec<Mat3> {
         let Some(view) = state.view(number) else { return Vec::new() };
         let pressures = self.pressures(view);
         let mut stresses = self.settled_gradients(number, state);
         for (point, f) in stresses.iter_mut().enumerate() {
             let stress = self.nominal_stress(point, f, view) * f.transpose() / f.determinant();
             *f = match &pressures {
-                Some(p) => stress + Matrix3::identity() * (p[point] - stress.trace() / 3.0),
+                Some(p) => stress + Mat3::identity() * (p[point] - stress.trace() / 3.0),
                 None => stress,
             };
         }
@@ -333,10 +326,10 @@ impl dyn BodyView + '_ {
 
     /// Values at the points of the body's table averaged at its particles; see
     /// [`Problem::at_particles`](crate::scene::Problem::at_particles).
-    pub(super) fn at_particles(&self, values: &[Matrix3<f64>], ranks: Option<&dyn Ranks>) -> Vec<Matrix3<f64>> {
+    pub(super) fn at_particles(&self, values: &[Mat3], ranks: Option<&dyn Ranks>) -> Vec<Mat3> {
         let (nodes, dim) = (self.nodes(), self.dim());
-        let spacings: Vec<Point<3>> = list_of(nodes.len(), |particle| self.spacings(particle));
-        let mut sums = vec![(0.0, Matrix3::zeros()); nodes.len()];
+        let spacings: Vec<Vec3> = list_of(nodes.len(), |particle| self.spacings(particle));
+        let mut sums = vec![(0.0, Mat3::zeros()); nodes.len()];
         for (point, value) in values.iter().enumerate() {
             let (x, weight) = (self.point(point), self.weights()[point]);
             for &node in self.seen_by(point) {
@@ -362,7 +355,7 @@ impl dyn BodyView + '_ {
             }
             ranks.sum(&mut all);
             for ((total, sum), all) in sums.iter_mut().zip(all.chunks_exact(10)) {
-                (*total, *sum) = (all[0], Matrix3::from_column_slice(&all[1..]));
+                (*total, *sum) = (all[0], Mat3::from_column_slice(&all[1..]));
             }
         }
         sums.into_mapped(|(total, sum)| if total > 0.0 { sum / total } else { sum })
@@ -401,23 +394,23 @@ impl<'a> ProblemView<'a> {
 
 impl ProblemView<'_> {
     /// Positions of all nodes.
-    pub(super) fn positions(&self) -> Vec<Point<3>> {
+    pub(super) fn positions(&self) -> Vec<Vec3> {
         self.model.points()
     }
 
-    pub(super) fn position(&self, node: usize) -> Point<3> {
+    pub(super) fn position(&self, node: usize) -> Vec3 {
         self.model.point(node)
     }
 
     /// The volumes that are rigid bodies, with the displacements of their points in a state.
-    pub(super) fn rigid_shapes(&self, state: &State) -> impl Iterator<Item = (&RigidShape, Vec<Point<3>>)> {
-        let moved = |frame: &RigidFrame, x: &Point<3>| frame.displacement(x, &state.displacement);
+    pub(super) fn rigid_shapes(&self, state: &State) -> impl Iterator<Item = (&RigidShape, Vec<Vec3>)> {
+        let moved = |frame: &RigidFrame, x: &Vec3| frame.displacement(x, &state.displacement);
         let all = self.frames.iter().flat_map(|frame| frame.shapes.iter().map(move |shape| (frame, shape)));
         all.map(move |(frame, shape)| (shape, shape.points.mapped(|x| moved(frame, x))))
     }
 
     /// Displacements at all particles.
-    pub(crate) fn particle_displacements(&self, state: &State) -> Result<Vec<Point<3>>, Error> {
+    pub(crate) fn particle_displacements(&self, state: &State) -> Result<Vec<Vec3>, Error> {
         let mut all = Vec::with_capacity(self.model.node_count());
         for body in &self.bodies {
             all.append(&mut body.particle_displacements(state)?);
@@ -426,7 +419,7 @@ impl ProblemView<'_> {
     }
 
     /// Deformation gradients at the points of the bodies' tables.
-    pub(crate) fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
+    pub(crate) fn deformation_gradients(&self, state: &State) -> Vec<Mat3> {
         let mut all = Vec::new();
         for body in &self.bodies {
             all.extend((0..body.weights().len()).map(|point| body.deformation_gradient(point, &state.displacement)));
@@ -444,7 +437,7 @@ impl ProblemView<'_> {
     }
 
     /// Cauchy stresses at the points of the bodies' tables.
-    pub(super) fn stresses(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
+    pub(super) fn stresses(&self, state: &State) -> Result<Vec<Mat3>, Error> {
         self.model.at(state)?;
         let mut stresses = Vec::new();
         for (number, body) in self.bodies.iter().enumerate() {
@@ -454,7 +447,7 @@ impl ProblemView<'_> {
     }
 
     /// See [`Problem::at_particles`](crate::scene::Problem::at_particles).
-    pub(super) fn at_particles(&self, values: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
+    pub(super) fn at_particles(&self, values: &[Mat3]) -> Vec<Mat3> {
         let mut means = Vec::with_capacity(self.model.node_count());
         let count: usize = self.bodies.iter().map(|body| body.weights().len()).sum();
         let mut first = 0;
@@ -462,7 +455,7 @@ impl ProblemView<'_> {
             let end = first + body.weights().len();
             match values.get(first..end) {
                 Some(own) if values.len() == count => means.append(&mut body.at_particles(own, self.model.ranks())),
-                _ => means.resize(means.len() + body.nodes().len(), Matrix3::zeros()),
+                _ => means.resize(means.len() + body.nodes().len(), Mat3::zeros()),
             }
             first = end;
         }
@@ -470,7 +463,7 @@ impl ProblemView<'_> {
     }
 
     /// A place as long as the problem has dimensions.
-    pub(super) fn cut(&self, at: &Point<3>) -> Vec<f64> {
+    pub(super) fn cut(&self, at: &Vec3) -> Vec<f64> {
         cut(at, self.dim)
     }
 }

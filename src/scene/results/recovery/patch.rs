@@ -1,9 +1,9 @@
 //! The polynomials of a particle: least squares over the zones that see it.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::each::{Each, add};
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Vec3};
 
 use super::{EQUILIBRIUM, Facet, Fit, RIDGE, Recovery, length, terms};
 use crate::scene::discretisation::facet_rule::Facets;
@@ -36,7 +36,7 @@ impl Recovery<'_> {
     }
 
     /// Where the polynomials of a particle are centred and what they are scaled by, and the volume of its patch.
-    fn frame(&self, node: usize, clusters: &[u32]) -> Option<(Point<3>, Point<3>, f64)> {
+    fn frame(&self, node: usize, clusters: &[u32]) -> Option<(Vec3, Vec3, f64)> {
         let (clusters_of, weights) = (self.body.clusters(), self.body.weights());
         let (dim, mut total) = (self.body.dim(), [0.0]);
         for &cluster in clusters {
@@ -47,7 +47,7 @@ impl Recovery<'_> {
         self.total(&mut total);
         let psi = self.body.values_at_node(node).ok()?;
         let centre = self.moved(&self.body.particle(node), &psi);
-        let mut scale = Point::<3>::zeros();
+        let mut scale = Vec3::zeros();
         for &cluster in clusters {
             for p in clusters_of.points(cluster as usize) {
                 for i in 0..dim {
@@ -126,8 +126,8 @@ impl Recovery<'_> {
         system: &mut Patch,
         node: usize,
         clusters: &[u32],
-        centre: &Point<3>,
-        scale: &Point<3>,
+        centre: &Vec3,
+        scale: &Vec3,
         total: f64,
     ) {
         let (clusters_of, hoops, dim) = (self.body.clusters(), self.body.hoops(), self.body.dim());
@@ -145,7 +145,7 @@ impl Recovery<'_> {
         for &p in &places {
             let x = &self.current[p];
             let terms = terms(dim, centre, scale, x);
-            let force = self.body_force.as_ref().map_or_else(Vector3::zeros, |force| force[p]);
+            let force = self.body_force.as_ref().map_or_else(Vec3::zeros, |force| force[p]);
             for i in 0..dim {
                 let mut row = Vec::new();
                 for (c, &(a, b)) in self.components.iter().enumerate() {
@@ -224,8 +224,8 @@ impl<'a> Patch<'a> {
     }
 
     /// Adds $w\\,|\operatorname{dev}(\sigma(x) - \sigma)|^2$.
-    fn add_deviator(&mut self, values: &[f64], stress: &Matrix3<f64>, weight: f64) {
-        let deviator = stress - Matrix3::identity() * (stress.trace() / 3.0);
+    fn add_deviator(&mut self, values: &[f64], stress: &Mat3, weight: f64) {
+        let deviator = stress - Mat3::identity() * (stress.trace() / 3.0);
         for (c, &(i, j)) in self.components.iter().enumerate() {
             let scaled = weight * if i == j { 1.0 } else { 2.0 };
             for (k, a) in values.iter().enumerate() {

@@ -2,11 +2,9 @@
 
 use std::collections::HashMap;
 
-use nalgebra::Vector3;
-
 use crate::each::{Each, EachOf, array_of, point_of};
 use crate::error::Error;
-use crate::geometry::Point;
+use crate::geometry::Vec3;
 use crate::solve::State;
 use crate::tensor::cofactor;
 use crate::term::{Term, View, parted};
@@ -31,7 +29,7 @@ impl Recovery<'_> {
     pub(super) fn look_at_surface(&mut self, state: &State) -> Result<(), Error> {
         let (model, dim) = (self.model, self.body.dim());
         let points = self.body.surface(1)?;
-        let key = |x: &Point<3>, n: &Point<3>| -> Vec<u64> {
+        let key = |x: &Vec3, n: &Vec3| -> Vec<u64> {
             // Rounded: facets of a part and of the whole may differ in their last bits. Normals tell faces apart at corners.
             [x, n]
                 .iter()
@@ -39,21 +37,21 @@ impl Recovery<'_> {
                 .map(|v| ((v * 1e3).round() as i64 as u64).wrapping_mul(31))
                 .collect()
         };
-        let exact = |a: &Point<3>, b: &Point<3>, size: f64| (a - b).norm() <= 1e-9 * size;
+        let exact = |a: &Vec3, b: &Vec3, size: f64| (a - b).norm() <= 1e-9 * size;
         let size = self.body.size();
         let mut at: HashMap<Vec<u64>, Vec<usize>> = Default::default();
         for (facet, (x, n)) in points.positions.iter().zip(&points.normals).enumerate() {
             at.entry(key(&(x / size), n)).or_default().push(facet);
         }
-        let find = |x: &Vector3<f64>, n: &Vector3<f64>| {
+        let find = |x: &Vec3, n: &Vec3| {
             let [x, n] = [x, n].each(|v| point_of(|i| if i < dim { v[i] } else { 0.0 }));
             let near = at.get(&key(&(x / size), &n))?;
             near.iter().copied().find(|&facet| exact(&points.positions[facet], &x, size))
         };
         let mut volume = [self.body.weights().iter().sum::<f64>()];
         self.total(&mut volume);
-        let mut tractions = vec![Vector3::<f64>::zeros(); points.positions.len()];
-        let mut body_force: Option<Vec<Vector3<f64>>> = None;
+        let mut tractions = vec![Vec3::zeros(); points.positions.len()];
+        let mut body_force: Option<Vec<Vec3>> = None;
         let mut obscure = vec![0.0; self.obscure.len()];
         // The bodies come first.
         for (number, (term, condensed)) in model.terms().iter().zip(&state.condensed).enumerate().skip(self.bodies) {
@@ -83,7 +81,7 @@ impl Recovery<'_> {
                 } else if !densities.positions.is_empty() {
                     // A force over all of the body; anything less, a point load, has no density.
                     let nearest = BoxTree::of(&densities.positions);
-                    let sums = body_force.get_or_insert_with(|| vec![Vector3::zeros(); self.current.len()]);
+                    let sums = body_force.get_or_insert_with(|| vec![Vec3::zeros(); self.current.len()]);
                     for (point, (sum, j)) in sums.iter_mut().zip(&self.jacobians).enumerate() {
                         *sum += densities.forces[nearest.nearest(&self.body.point(point)).unwrap_or(0)] / *j;
                     }
@@ -106,7 +104,7 @@ impl Recovery<'_> {
                 all.extend_from_slice(traction.as_slice());
             }
             self.total(&mut all);
-            tractions.iter_mut().zip(all.chunks_exact(3)).for_each(|(t, sum)| *t = Vector3::from_column_slice(sum));
+            tractions.iter_mut().zip(all.chunks_exact(3)).for_each(|(t, sum)| *t = Vec3::from_column_slice(sum));
         }
         self.body_force = body_force;
         let current = moved_in(self.body, state, &points.positions)?;
@@ -114,12 +112,7 @@ impl Recovery<'_> {
     }
 
     /// The facets on which at least one component of the traction is known.
-    fn add_facets(
-        &mut self,
-        points: &SurfaceRule,
-        tractions: &[Vector3<f64>],
-        current: &[Point<3>],
-    ) -> Result<(), Error> {
+    fn add_facets(&mut self, points: &SurfaceRule, tractions: &[Vec3], current: &[Vec3]) -> Result<(), Error> {
         let dim = self.body.dim();
         let mut held = vec![false; self.displacement.len()];
         let mut tied = vec![false; self.obscure.len()];
