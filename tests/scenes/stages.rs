@@ -270,3 +270,25 @@ fn stages_that_can_not_be() {
     let paths = paths.run(&scheme()).unwrap();
     assert!(paths.len() == 3 && matches!(paths[2].path.ending, Ending::Stalled(_)));
 }
+
+/// What keeps a plate's shape where a condition by its name keeps it too tells nothing: turned to and fro in two stages and let go in a third,
+/// the plate is at rest from the first state of the third on.
+#[test]
+fn a_plate_that_was_turned_by_its_name_is_let_go_without_forces() {
+    let turn = |from: f64, to: f64| {
+        Condition::on("plate").named("turn").displacement(Value::motion(move |x: &Point<2>, load| {
+            let ((sin, cos), y) = ((from + (to - from) * load).sin_cos(), [x[0] - 1.0, x[1] - 1.0]);
+            [cos * y[0] - sin * y[1] - y[0], sin * y[0] + cos * y[1] - y[1]]
+        }))
+    };
+    let stages = Stages::new("to", block().rigid("plate", (1, Side::Max)).with(turn(0.0, 0.3)))
+        .then("fro", move |scene| scene.without("turn").with(turn(0.3, 0.0)))
+        .then("let go", |scene| scene.without("turn"));
+    let paths = stages.run(&scheme()).unwrap();
+    let [turned, _, free] = &paths[..] else { panic!() };
+    let moment = |stage: &StagePath<2>, state| stage.problem.moment(state, "plate", [1.0, 1.0]).unwrap()[2];
+    let size = moment(turned, turned.path.last());
+    assert!(size > 0.1 && matches!(free.path.ending, Ending::Completed));
+    assert_abs_diff_eq!(moment(free, &free.path.start), 0.0, epsilon = 1e-8 * size);
+    assert_abs_diff_eq!(moment(free, free.path.last()), 0.0, epsilon = 1e-8 * size);
+}

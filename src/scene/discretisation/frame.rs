@@ -21,6 +21,8 @@ pub(crate) struct RigidFrame {
     pub size: f64,
     /// The term that keeps its shape; none of revolution, where conditions do.
     pub rigidity: Option<usize>,
+    /// What the multipliers of that term are measured in.
+    pub unit: f64,
     /// The volumes of a mesh that it stands for, to be drawn.
     pub shapes: Vec<RigidShape>,
 }
@@ -63,7 +65,16 @@ impl RigidFrame {
         }
         let first = positions.len() as u32;
         let numbers = (first..=first + dim as u32).collect();
-        Ok(RigidFrame { name: name.to_string(), dim, numbers, centre, size, rigidity: None, shapes: Vec::new() })
+        Ok(RigidFrame {
+            name: name.to_string(),
+            dim,
+            numbers,
+            centre,
+            size,
+            rigidity: None,
+            unit: 1.0,
+            shapes: Vec::new(),
+        })
     }
 
     pub(crate) fn positions(&self) -> impl Iterator<Item = Vec3> + '_ {

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::assembly::Model;
-use crate::each::{add, sum_of};
+use crate::each::{Each, add, sum_of};
 use crate::error::{Error, Incompatible};
 use crate::geometry::{Mat3, Point, Vec3, padded};
 use crate::linear::vector::dot;
@@ -65,9 +65,17 @@ impl RigidFrame {
     }
 
     /// The term that keeps the frame's shape beside bodies of the given moduli (first of the tangent, shear).
-    pub(crate) fn stay(&self, modulus: f64, shear: f64) -> impl Term + 'static {
+    pub(crate) fn stay(&mut self, modulus: f64, shear: f64) -> impl Term + use<> + 'static {
         let measure = self.size.powi(self.dim as i32);
-        Rigidity { frame: self.clone(), stiffness: FIRM * modulus * measure, unit: shear * measure }
+        self.unit = shear * measure;
+        Rigidity { frame: self.clone(), stiffness: FIRM * modulus * measure }
+    }
+
+    /// Rows along which multipliers keep the frame's shape, by strains times its size; what a multiplier of these is in units of the term.
+    pub(crate) fn shape_rows(&self, displacement: &[f64]) -> (Vec<Vec<(usize, f64)>>, f64) {
+        let row =
+            |slopes: &[f64]| slopes.iter().zip(self.unknowns()).map(|(slope, k)| (k, slope * self.size)).collect();
+        (self.strains(displacement).mapped(|(_, slopes)| row(slopes)), self.size / self.unit)
     }
 
     /// Pairs (i, j), i ≤ j, of the components of a symmetric tensor.
@@ -100,8 +108,6 @@ impl RigidFrame {
 struct Rigidity {
     frame: RigidFrame,
     stiffness: f64,
-    /// What multipliers are measured in.
-    unit: f64,
 }
 
 impl Term for Rigidity {
@@ -129,7 +135,7 @@ impl Term for Rigidity {
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
         let (dim, size) = (self.frame.dim, self.frame.unknowns().len());
         for ((strain, slope), pi) in self.frame.strains(view.displacement).iter().zip(&view.condensed[1..]) {
-            let force = self.unit * pi + self.stiffness * strain;
+            let force = self.frame.unit * pi + self.stiffness * strain;
             add(&mut out.residual, force, slope);
             for (k, entry) in out.matrix.iter_mut().enumerate() {
                 *entry += self.stiffness * slope[k / size] * slope[k % size];
@@ -141,7 +147,7 @@ impl Term for Rigidity {
         // π : ∂²E, with the same component at both ends.
         let square = self.frame.size * self.frame.size;
         for ((i, j), pi) in self.frame.pairs().zip(&view.condensed[1..]) {
-            let pi = self.unit * pi / square;
+            let pi = self.frame.unit * pi / square;
             for (a, x) in [(i + 1, 1.0), (0, -1.0)] {
                 for (b, y) in [(j + 1, 1.0), (0, -1.0)] {
                     for (a, b) in [(a, b), (b, a)].into_iter().take(1 + usize::from(i != j)) {
@@ -156,7 +162,7 @@ impl Term for Rigidity {
         condensed_step[0] = 0.0;
         let step = &step[self.frame.unknowns()];
         for ((strain, slope), out) in self.frame.strains(view.displacement).iter().zip(&mut condensed_step[1..]) {
-            *out = self.stiffness * (strain + dot(slope, step)) / self.unit;
+            *out = self.stiffness * (strain + dot(slope, step)) / self.frame.unit;
         }
         1.0
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::boundary::{ConstraintEquation, Constraints};
+use crate::boundary::Constraints;
 use crate::each::{Each, add};
 use crate::error::{Error, Incompatible};
 use crate::linear::vector::dot;
@@ -36,19 +36,27 @@ pub(super) fn start<const D: usize>(
             next.condensed[contact.term].clone_from(given);
         }
     }
-    for frame in &problem.frames {
-        let same = before.frames.iter().find(|other| other.name == frame.name).and_then(|other| other.rigidity);
-        if let (Some(term), Some(given)) = (frame.rigidity, same) {
-            next.condensed[term].clone_from(&state.condensed[given]);
-        }
-    }
     begin_at(&mut problem.equations, &next.displacement);
+    // Multipliers start anew, those that keep the shapes of rigid bodies with them: where conditions have kept a shape, these tell nothing.
     let residual = problem.model.at(&next)?.residual();
-    let equations = problem.equations.equations();
-    next.multipliers = carried(equations, &residual);
+    let mut rows: Vec<&[(usize, f64)]> = problem.equations.equations().mapped(|equation| &equation.entries[..]);
+    let count = rows.len();
+    let shapes = problem.frames.mapped(|frame| (frame.rigidity, frame.shape_rows(&next.displacement)));
+    for (_, (own, _)) in shapes.iter().filter(|(term, _)| term.is_some()) {
+        rows.extend(own.iter().map(|row| &row[..]));
+    }
+    let found = carried(&rows, &residual);
     let mut left = residual;
-    for (equation, multiplier) in equations.iter().zip(&next.multipliers) {
-        equation.entries.iter().for_each(|&(k, c)| left[k] += c * multiplier);
+    for (row, multiplier) in rows.iter().zip(&found) {
+        row.iter().for_each(|&(k, c)| left[k] += c * multiplier);
+    }
+    let (multipliers, mut shaping) = found.split_at(count);
+    next.multipliers = multipliers.to_vec();
+    for (term, (own, scale)) in &shapes {
+        let Some(term) = *term else { continue };
+        let (mine, others) = shaping.split_at(own.len());
+        next.condensed[term][1..].copy_from_slice(&mine.mapped(|multiplier| multiplier * scale));
+        shaping = others;
     }
     let nodes: Vec<[u32; 1]> = (0..problem.model.node_count() as u32).map(|node| [node]).collect();
     problem.model.add_replicated(Arc::new(Fading::<D> { nodes, forces: left }));
@@ -127,12 +135,12 @@ fn begin_at(equations: &mut Constraints, displacement: &[f64]) {
     }
 }
 
-/// The multipliers that leave least of forces, $\min_\mu|f + G^T\mu|$, by conjugate gradients on $GG^T$ from zero.
-fn carried(equations: &[ConstraintEquation], forces: &[f64]) -> Vec<f64> {
-    let rows = |x: &[f64]| -> Vec<f64> { equations.mapped(|equation| equation.value(x)) };
+/// The multipliers of rows that leave least of forces, $\min_\mu|f + G^T\mu|$, by conjugate gradients on $GG^T$ from zero.
+fn carried(rows: &[&[(usize, f64)]], forces: &[f64]) -> Vec<f64> {
+    let against = |x: &[f64]| -> Vec<f64> { rows.mapped(|row| -row.summed(|&(k, c)| c * x[k])) };
     let mut left = forces.to_vec();
-    let mut multipliers = vec![0.0; equations.len()];
-    let mut along: Vec<f64> = rows(&left).mapped(|r| -r);
+    let mut multipliers = vec![0.0; rows.len()];
+    let mut along = against(&left);
     let mut step = along.clone();
     let mut size = dot(&along, &along);
     let first = size;
@@ -141,13 +149,13 @@ fn carried(equations: &[ConstraintEquation], forces: &[f64]) -> Vec<f64> {
             break;
         }
         let mut change = vec![0.0; forces.len()];
-        for (equation, step) in equations.iter().zip(&step) {
-            equation.entries.iter().for_each(|&(k, c)| change[k] += c * step);
+        for (row, step) in rows.iter().zip(&step) {
+            row.iter().for_each(|&(k, c)| change[k] += c * step);
         }
         let part = size / dot(&change, &change);
         add(&mut left, part, &change);
         add(&mut multipliers, part, &step);
-        along = rows(&left).mapped(|r| -r);
+        along = against(&left);
         let next = dot(&along, &along);
         let ratio = next / size;
         step.iter_mut().zip(&along).for_each(|(step, along)| *step = along + ratio * *step);
