@@ -44,7 +44,7 @@ pub(crate) use law::{ContactLaw, Stiffness};
 pub(crate) use neutral::RollingSpring;
 pub(crate) use obstacle::RigidContact;
 pub(crate) use pair::PairContact;
-pub(crate) use rigid::{Drive, Obstacle};
+pub(crate) use rigid::Obstacle;
 pub(crate) use rigid_dof::{ArtificialSpring, RigidBodyDof};
 
 #[cfg(test)]

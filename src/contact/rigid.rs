@@ -143,6 +143,13 @@ impl Obstacle {
         self.drive = Some(drive);
     }
 
+    /// Moves on from where it is; along with the motion of a ramp that it has.
+    pub(crate) fn move_on(&mut self, by: Point<3>) {
+        let ramp = |drive: &&Drive| drive.force.is_none() && drive.amplitude == Amplitude::Ramp;
+        let earlier = self.drive.as_ref().filter(ramp).map_or_else(Point::zeros, |drive| drive.along);
+        self.drive(Drive { along: earlier + by, force: None, amplitude: Amplitude::Ramp });
+    }
+
     /// Gives it an angle, or a moment where it is free to turn.
     fn turn(&mut self, about: Vec3, axis: Vec3, amount: f64, free: bool) {
         let spin = axis.normalize().cross_matrix();

@@ -292,3 +292,12 @@ fn a_plate_that_was_turned_by_its_name_is_let_go_without_forces() {
     assert_abs_diff_eq!(moment(free, &free.path.start), 0.0, epsilon = 1e-8 * size);
     assert_abs_diff_eq!(moment(free, free.path.last()), 0.0, epsilon = 1e-8 * size);
 }
+
+/// Two calls in one stage move a surface by both vectors.
+#[test]
+fn a_surface_moves_on_by_all_vectors() {
+    let stages = fit().then("on", |scene| scene.move_on("plate", [0.02, 0.0]).move_on("plate", [0.0, -0.01]));
+    let paths = stages.run(&scheme()).unwrap();
+    let found = paths.last().map(|stage| stage.problem.contact(stage.path.last(), "plate").unwrap().travel);
+    assert_abs_diff_eq!(found.unwrap(), Point::<2>::new(0.02, -0.06), epsilon = 1e-12);
+}

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use crate::cells::Cells;
-use crate::contact::Drive;
 use crate::geometry::{Domain, Part, vector};
 use crate::kinematics::Kinematics;
 use crate::material::Material;
@@ -181,12 +180,10 @@ impl<const D: usize> Scene<D> {
         self
     }
 
-    /// The same with the rigid surface of a name moving on by a vector \[length\] from where it is.
+    /// The same with the rigid surface of a name moving on by a vector \[length\] from where it is; vectors of several calls add up.
     pub fn move_on(mut self, name: &str, by: [f64; D]) -> Self {
         match self.contacts.iter_mut().find(|contact| contact.surface.name == name) {
-            Some(contact) => {
-                contact.surface.drive(Drive { along: vector(&by), force: None, amplitude: Amplitude::Ramp });
-            }
+            Some(contact) => contact.surface.move_on(vector(&by)),
             None => self.absent.push(name.to_string()),
         }
         self
