@@ -128,11 +128,11 @@ pub enum BoundaryError {
         name: String,
     },
     /// The place does not name the body that it belongs to.
-    #[error("{what}: this place exists on every body; name the body by Place::of. The bodies are: {known}")]
+    #[error("{what}: this place exists on several bodies; name the body by Place::of. The bodies are: {known}")]
     Ambiguous {
-        /// The condition or load.
+        /// The condition, load or contact.
         what: String,
-        /// The bodies that there are.
+        /// The bodies that have it.
         known: String,
     },
     /// A condition prescribes nothing.

@@ -238,3 +238,31 @@ fn open_tools_in_space() {
     }
     assert!(!sheet(1.0).nearest(&[0.7, 0.6, 1.0].into()).passed_end);
 }
+
+/// A part that two bodies have: one of them would not touch.
+#[test]
+fn parts_of_several_bodies() {
+    let square = |x: f64| {
+        let outline =
+            Outline::at([x, 0.0]).line("low", [x + 1.0, 0.0]).line("right", [x + 1.0, 1.0]).line("top", [x, 1.0]);
+        Region::new(outline.close("left")).unwrap()
+    };
+    let rubber = || Rubber::neo_hookean(0.5, 1e3).unwrap();
+    let two = Scene::assembly(PlaneStrain)
+        .body("near", square(0.0), rubber())
+        .body("far", square(3.0), rubber())
+        .body("tall", Block::new([5.0, 0.0], [6.0, 2.0]), rubber())
+        .hold("low")
+        .hold(Place::on((1, Side::Min)).of("tall"));
+    let plate = || RigidSurface::plane([0.0, 1.0], [0.0, -1.0]).moving([0.0, -0.1]);
+    for scene in [
+        two.clone().contact("top", plate()),
+        two.clone().contact_between("right", Place::on(Side::Min).of("tall"), "gap"),
+    ] {
+        match refused(scene) {
+            Error::Boundary(BoundaryError::Ambiguous { known, .. }) => assert_eq!(known, "near; far"),
+            other => panic!("{other}"),
+        }
+    }
+    assert!(two.contact(Place::on("top").of("far"), plate()).discretize(&Scheme::default().particles([5])).is_ok());
+}

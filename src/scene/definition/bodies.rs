@@ -9,7 +9,7 @@ use crate::geometry::Part;
 use crate::kinematics::Kinematics;
 use crate::material::Material;
 
-use super::place::Described;
+use super::place::{Described, Spot};
 use super::source::{BodyOf, Source};
 use crate::scene::{Geometry, Place, Scene, Scheme};
 
@@ -143,14 +143,19 @@ impl<const D: usize> Scene<D> {
         bodies_at(&self.body_names(), place.of.as_deref(), &place.spot.described(), what, &knows, reaches)
     }
 
-    /// The body of a place in contact, by its number, and the place with its name looked up.
+    /// The body of a place in contact, by its number, and the place with its name looked up; a part that several bodies have is refused.
     pub(crate) fn touching(
         &self,
         place: &Place<D>,
         cells: &[(Scheme, Arc<dyn Cells<D>>)],
     ) -> Result<(usize, Place<D>), Error> {
         let place = self.resolve(place);
-        let of = self.bodies_at(&place, &|| format!("contact of {place}"), cells, &|_| true)?;
+        let what = || format!("contact of {place}");
+        let of = self.bodies_at(&place, &what, cells, &|_| true)?;
+        if let (Spot::Part(_), [_, _, ..]) = (&place.spot, &of[..]) {
+            let known = of.mapped(|body| &*self.bodies[*body].name).join("; ");
+            return Err(BoundaryError::Ambiguous { what: what(), known }.into());
+        }
         Ok((of.first().copied().unwrap_or(0), place))
     }
 }
