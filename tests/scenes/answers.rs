@@ -180,3 +180,26 @@ fn files_name_shapes_and_escape_text() {
     table.push([Cell::from("two\nlines"), Cell::from(1.0)]).unwrap();
     assert_eq!(table.to_csv().unwrap(), "what,value\n\"two\nlines\",1\n");
 }
+
+/// Parts by functions are written alike, and have columns of their own in the table of forces.
+#[test]
+fn parts_written_alike_are_told_apart_in_tables() {
+    let rubber = Rubber::neo_hookean(0.5, 1e3).unwrap();
+    let (low, high) = (|x: &Point<2>| x[1] < 0.4, |x: &Point<2>| x[1] > 0.6);
+    let parts = [Place::on(Side::Max).within(low), Place::on(Side::Max).within(high)];
+    let [first, second] = &parts;
+    let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber)
+        .hold(Side::Min)
+        .prescribe(first.clone(), 0, 0.1)
+        .prescribe(second.clone(), 0, 0.2)
+        .prescribe(second.clone(), 1, 0.0);
+    let problem = scene.discretize(&Scheme::default().particles([9, 11])).unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
+    let table = problem.history(&path).unwrap();
+    for (part, title) in parts.iter().zip(["some of face (0, Max)", "some of face (0, Max) (2)"]) {
+        let column = table.header.iter().position(|name| *name == format!("{title}: force_0")).unwrap();
+        let force = problem.reaction(path.last(), part.clone()).unwrap()[0];
+        assert_eq!(table.rows.last().unwrap()[column], force.into());
+    }
+    assert_eq!(table.header.iter().filter(|name| name.ends_with("force_0")).count(), 3);
+}

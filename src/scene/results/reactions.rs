@@ -41,6 +41,24 @@ struct Recorded<'a> {
     frame: Option<&'a RigidFrame>,
 }
 
+impl Recorded<'_> {
+    /// Whether it is the same conditions as another one.
+    fn is(&self, other: &Self) -> bool {
+        let numbers = |rows: &[Reacting<'_>]| rows.mapped(|row| (row.number, row.nodes.start));
+        self.title == other.title && numbers(&self.rows) == numbers(&other.rows)
+    }
+}
+
+/// Tells conditions of one title apart: parts by functions are written alike.
+fn number_titles(places: &mut [Recorded<'_>]) {
+    for k in (0..places.len()).rev() {
+        let before = places[..k].iter().filter(|other| other.title == places[k].title).count();
+        if before > 0 {
+            places[k].title += &format!(" ({})", before + 1);
+        }
+    }
+}
+
 /// $-\sum_J \mu_J \sum_k c_{Jk}$ by components.
 fn reaction(dim: usize, rows: &[Reacting<'_>], state: &State) -> [f64; 3] {
     let mut force = [0.0; 3];
@@ -201,7 +219,7 @@ impl<const D: usize> Problem<D> {
 
     /// Load factor, energy, and at all places with conditions the reaction, its moment about the origin and the mean
     /// displacement in the directions that are prescribed, step by step: a [`Table`], which writes itself as CSV. Rigid bodies
-    /// have the displacement of their middle and their rotation vector \[rad\] instead.
+    /// have the displacement of their middle and their rotation vector \[rad\] instead. Places that are written alike are numbered.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -226,16 +244,17 @@ impl<const D: usize> Problem<D> {
         let mut places: Vec<Recorded<'_>> = Vec::new();
         for placed in self.placed.iter().filter(|placed| !placed.equations.is_empty()) {
             let title = self.title(placed);
-            if places.iter().any(|other| other.title == title) {
-                continue;
-            }
             let rows = match &placed.name {
                 Some(name) => self.rows(&Place::on(Part::Named(name.clone()))),
                 None => self.rows(&placed.place),
             };
             let frame = self.frames.iter().find(|frame| frame.name == title);
-            places.push(Recorded { title, rows, frame });
+            let recorded = Recorded { title, rows, frame };
+            if !places.iter().any(|other| other.is(&recorded)) {
+                places.push(recorded);
+            }
         }
+        number_titles(&mut places);
         table(&self.model, &places, &self.turns(), path)
     }
 
