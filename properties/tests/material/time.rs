@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
+use rkpm::check;
 use rkpm::material::{Material, Mullins, Past, Prony, Viscoelastic};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
@@ -398,6 +399,19 @@ fn softened_rubber_unloads_and_reloads_on_one_curve() {
         largest = f64::max(largest, energy(l, low));
     }
     assert!(softened >= 8, "{softened}");
+}
+
+/// A law that softens has a kink where it has been before: `check::material` takes the side on which it looks.
+#[test]
+fn softening_laws_keep_the_contract() {
+    for law in
+        [Rubber::neo_hookean(0.5, BULK), Rubber::neo_hookean(0.2, BULK), Rubber::yeoh(0.373, -0.031, 0.005, BULK)]
+    {
+        for (r, m, beta) in [(1.5, 0.5, 0.1), (2.0, 0.1, 0.0)] {
+            let report = check::material(&Mullins::new(law.clone().unwrap(), r, m, beta).unwrap());
+            assert!(report.holds(), "{report}");
+        }
+    }
 }
 
 /// Stress and tangent are derivatives of the energy of a step, and with no time elapsed the memory gives the stress back.
