@@ -293,6 +293,26 @@ fn a_plate_that_was_turned_by_its_name_is_let_go_without_forces() {
     assert_abs_diff_eq!(moment(free, free.path.last()), 0.0, epsilon = 1e-8 * size);
 }
 
+/// What stays carries in the first state of a stage what it carried in the last one of the stage before: the moment of a plate that is let
+/// go, and the force of the floor.
+#[test]
+fn what_stays_carries_what_it_carried() {
+    let plate = Condition::on(Place::at([1.0, 1.0]).of("plate")).displacement([0.2, -0.1]).named("push");
+    let turned = block().rigid("plate", (1, Side::Max)).with(plate).with(Load::moment("plate", [0.0, 0.0, 0.1]));
+    let paths = Stages::new("push", turned).then("let go", |scene| scene.without("push")).run(&scheme()).unwrap();
+    let [pushed, free] = &paths[..] else { panic!() };
+    for place in [Place::on("plate"), (1, Side::Min).into()] {
+        let of = |stage: &StagePath<2>, state| {
+            let force = stage.problem.reaction(state, place.clone()).unwrap();
+            (force, stage.problem.moment(state, place.clone(), [1.0, 1.0]).unwrap()[2])
+        };
+        let ((force, moment), (other, turn)) = (of(pushed, pushed.path.last()), of(free, &free.path.start));
+        assert!(force.norm() > 0.1);
+        assert_abs_diff_eq!(force, other, epsilon = 1e-8);
+        assert_abs_diff_eq!(moment, turn, epsilon = 1e-8);
+    }
+}
+
 /// Two calls in one stage move a surface by both vectors.
 #[test]
 fn a_surface_moves_on_by_all_vectors() {

@@ -1,9 +1,10 @@
 //! How a stage begins where the one before ended.
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::boundary::Constraints;
+use crate::boundary::{ConstraintEquation, Constraints};
 use crate::each::{Each, add};
 use crate::error::{Error, Incompatible};
 use crate::linear::vector::dot;
@@ -37,27 +38,7 @@ pub(super) fn start<const D: usize>(
         }
     }
     begin_at(&mut problem.equations, &next.displacement);
-    // Multipliers start anew, those that keep the shapes of rigid bodies with them: where conditions have kept a shape, these tell nothing.
-    let residual = problem.model.at(&next)?.residual();
-    let mut rows: Vec<&[(usize, f64)]> = problem.equations.equations().mapped(|equation| &equation.entries[..]);
-    let count = rows.len();
-    let shapes = problem.frames.mapped(|frame| (frame.rigidity, frame.shape_rows(&next.displacement)));
-    for (_, (own, _)) in shapes.iter().filter(|(term, _)| term.is_some()) {
-        rows.extend(own.iter().map(|row| &row[..]));
-    }
-    let found = carried(&rows, &residual);
-    let mut left = residual;
-    for (row, multiplier) in rows.iter().zip(&found) {
-        row.iter().for_each(|&(k, c)| left[k] += c * multiplier);
-    }
-    let (multipliers, mut shaping) = found.split_at(count);
-    next.multipliers = multipliers.to_vec();
-    for (term, (own, scale)) in &shapes {
-        let Some(term) = *term else { continue };
-        let (mine, others) = shaping.split_at(own.len());
-        next.condensed[term][1..].copy_from_slice(&mine.mapped(|multiplier| multiplier * scale));
-        shaping = others;
-    }
+    let left = carry_multipliers(before, state, problem, &mut next)?;
     let nodes: Vec<[u32; 1]> = (0..problem.model.node_count() as u32).map(|node| [node]).collect();
     problem.model.add_replicated(Arc::new(Fading::<D> { nodes, forces: left }));
     next.condensed = pad(next.condensed, problem.model.start());
@@ -133,6 +114,54 @@ fn begin_at(equations: &mut Constraints, displacement: &[f64]) {
         };
         equation.target = 1.0;
     }
+}
+
+/// Takes over the multipliers of equations that the stage before had too, and finds those of others and those that keep the shapes of rigid
+/// bodies: where conditions have kept a shape, these tell nothing. Gives the forces that are left.
+fn carry_multipliers<const D: usize>(
+    before: &Problem<D>,
+    state: &State,
+    problem: &Problem<D>,
+    next: &mut State,
+) -> Result<Vec<f64>, Error> {
+    let key =
+        |equation: &ConstraintEquation| -> Vec<(usize, u64)> { equation.entries.mapped(|&(k, c)| (k, c.to_bits())) };
+    let known = before.equations.equations().iter().map(key).zip(state.multipliers.iter().copied());
+    let known: HashMap<Vec<(usize, u64)>, f64> = known.collect();
+    let add = |left: &mut [f64], row: &[(usize, f64)], multiplier: f64| {
+        row.iter().for_each(|&(k, c)| left[k] += c * multiplier);
+    };
+    let mut left = problem.model.at(&*next)?.residual();
+    let (mut rows, mut new) = (Vec::new(), Vec::new());
+    for (number, equation) in problem.equations.equations().iter().enumerate() {
+        match known.get(&key(equation)) {
+            Some(multiplier) => {
+                add(&mut left, &equation.entries, *multiplier);
+                next.multipliers[number] = *multiplier;
+            }
+            None => {
+                rows.push(&equation.entries[..]);
+                new.push(number);
+            }
+        }
+    }
+    let shapes = problem.frames.mapped(|frame| (frame.rigidity, frame.shape_rows(&next.displacement)));
+    for (_, (own, _)) in shapes.iter().filter(|(term, _)| term.is_some()) {
+        rows.extend(own.iter().map(|row| &row[..]));
+    }
+    let found = carried(&rows, &left);
+    for (row, multiplier) in rows.iter().zip(&found) {
+        add(&mut left, row, *multiplier);
+    }
+    let (of_new, mut shaping) = found.split_at(new.len());
+    new.iter().zip(of_new).for_each(|(number, multiplier)| next.multipliers[*number] = *multiplier);
+    for (term, (own, scale)) in &shapes {
+        let Some(term) = *term else { continue };
+        let (mine, others) = shaping.split_at(own.len());
+        next.condensed[term][1..].copy_from_slice(&mine.mapped(|multiplier| multiplier * scale));
+        shaping = others;
+    }
+    Ok(left)
 }
 
 /// The multipliers of rows that leave least of forces, $\min_\mu|f + G^T\mu|$, by conjugate gradients on $GG^T$ from zero.
