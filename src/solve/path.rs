@@ -270,6 +270,12 @@ impl EquilibriumPath {
         }
     }
 
+    /// Whether it is completed without a doubt that refutes its last state.
+    pub(crate) fn is_answer(&self) -> bool {
+        let last = self.steps.last();
+        self.ending == Ending::Completed && !last.is_some_and(|step| step.doubts.iter().any(Doubt::refutes))
+    }
+
     /// The path itself if the last load was reached, whatever its doubts.
     ///
     /// # Errors

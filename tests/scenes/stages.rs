@@ -321,3 +321,19 @@ fn a_surface_moves_on_by_all_vectors() {
     let found = paths.last().map(|stage| stage.problem.contact(stage.path.last(), "plate").unwrap().travel);
     assert_abs_diff_eq!(found.unwrap(), Point::<2>::new(0.02, -0.06), epsilon = 1e-12);
 }
+
+/// A block between smooth plates, shortened beyond its stability: what would follow does not begin there.
+#[test]
+fn no_stage_follows_a_state_that_is_no_answer() {
+    for (shortened, stages) in [(0.1, 2), (0.48, 1)] {
+        let square = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber())
+            .prescribe((0, Side::Min), 0, 0.0)
+            .prescribe((1, Side::Min), 1, 0.0)
+            .with(Condition::on((1, Side::Max)).component(1, -shortened).named("press"));
+        let history = Stages::new("press", square)
+            .then("pull aside", |scene| scene.with(Load::traction((0, Side::Max), [1e-3, 0.0])));
+        let paths = history.run(&Scheme::elements(2).particles([5, 5])).unwrap();
+        assert_eq!(paths.len(), stages, "{shortened}: {:?}", paths.last().map(|stage| stage.path.doubts()));
+        assert_eq!(paths.last().unwrap().path.clone().completed().is_ok(), stages == 2);
+    }
+}

@@ -85,7 +85,7 @@ impl<const D: usize> Stages<D> {
         self.stages.iter().map(|stage| stage.name.as_str())
     }
 
-    /// Runs one stage after the other, up to the first that is not completed.
+    /// Runs one stage after the other, up to the first that does not end with an answer ([`EquilibriumPath::completed`]).
     ///
     /// # Errors
     /// As [`Scene::discretize`] and [`Problem::run`](super::Problem::run), for names that are empty or given twice, and for stages
@@ -146,10 +146,10 @@ impl<const D: usize> Stages<D> {
                 Some(path) if path.ending == Ending::Completed => path,
                 Some(path) => solve(&stage.name, &problem, path)?,
             };
-            let completed = path.ending == Ending::Completed;
+            let answered = path.is_answer();
             let time = problem.time(path.last());
             done.push(StagePath { name: stage.name.clone(), problem, path });
-            if !completed {
+            if !answered {
                 break;
             }
             scene = held::held(scene, time);
