@@ -102,6 +102,16 @@ pub enum BoundaryError {
         /// The name.
         name: String,
     },
+    /// A condition has the name of a part on which another one is.
+    #[error(
+        "the condition on {place} has the name of the part {name}, on which another condition is: give it another name"
+    )]
+    NameOfPart {
+        /// The name.
+        name: String,
+        /// Where the condition is.
+        place: String,
+    },
     /// Two bodies overlap.
     #[error(
         "bodies {first} and {second} overlap, for instance at X = {at:?}: move or trim one of them, or model a press fit \

@@ -155,6 +155,10 @@ fn conditions() -> Misuses {
         (held().with(on(TOP).component(0, 0.1).amplitude(falling())), "amplitude"),
         (held().with(on(TOP).component(0, 0.1).amplitude(wild())), "face (1, Max)"),
         (held().with(on(TOP).component(0, 0.1).named(" ")), "empty name"),
+        (
+            sound().name("base", BOTTOM).hold("base").with(on(TOP).component(0, 0.1).named("base")),
+            "the name of the part base",
+        ),
         (sound().without("press"), "press"),
         (sound().move_on("plate", [0.0, 0.1]), "plate"),
     ]

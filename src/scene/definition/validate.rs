@@ -7,9 +7,9 @@ use crate::geometry::{Part, Point};
 use crate::material::Material;
 use crate::term::Amplitude;
 
-use super::condition::Direction;
+use super::condition::{Condition, Direction};
 use super::load::{Load, LoadKind};
-use super::place::Spot;
+use super::place::{Place, Spot};
 use super::scene::Scene;
 use super::value::Value;
 
@@ -37,6 +37,7 @@ impl<const D: usize> Scene<D> {
     /// Refuses conditions and loads that no scheme could serve.
     pub(crate) fn validate(&self) -> Result<(), Error> {
         check_names(self)?;
+        tell_apart(self)?;
         self.validate_bodies()?;
         if let Some(name) = self.absent.first() {
             return Err(BoundaryError::UnknownName { requested: name.clone(), known: known(self) }.into());
@@ -170,6 +171,20 @@ fn check_names<const D: usize>(scene: &Scene<D>) -> Result<(), BoundaryError> {
         if let Spot::Part(Part::Named(name)) = &place.spot {
             check("the place of a condition, a load or a contact", Some(name))?;
         }
+    }
+    Ok(())
+}
+
+/// Refuses the name of a part for a condition elsewhere, where another condition is on that part: results are asked for by either.
+fn tell_apart<const D: usize>(scene: &Scene<D>) -> Result<(), BoundaryError> {
+    let is_on = |place: &Place<D>, part: &str| matches!(&place.spot, Spot::Part(Part::Named(name)) if name == part);
+    for condition in &scene.conditions {
+        let Some(name) = condition.name.as_ref().filter(|name| !is_on(&condition.place, name)) else { continue };
+        let unnamed = |other: &&Condition<D>| other.name.as_ref() != Some(name) && is_on(&other.place, name);
+        ensure!(
+            !scene.conditions.iter().any(|other| unnamed(&other)),
+            BoundaryError::NameOfPart { name: name.clone(), place: condition.place.to_string() }
+        );
     }
     Ok(())
 }
