@@ -93,20 +93,31 @@ impl RigidContact {
         Beside { point, moved, place, found, arm, motions: [self.surface.free_direction(), spun] }
     }
 
-    /// Visits what unknowns of a cluster of `size` move a point by beside the surface: displacements of the nodes that it sees, by their
-    /// places there, then those of the surface itself.
-    #[inline(always)]
-    fn unknowns_at(&self, size: usize, beside: &Beside, seen: (&[u16], &[f64]), mut visit: impl FnMut(usize, Vec3)) {
+    /// Lists what unknowns of a cluster of `size` move a point by beside the surface: displacements of the nodes that it sees, by their places
+    /// there, then those of the surface itself.
+    fn list(&self, size: usize, beside: &Beside, seen: (&[u16], &[f64]), list: &mut Vec<(usize, Vec3)>) {
         let dim = self.law.dim;
+        list.clear();
         for (&node, value) in seen.0.iter().zip(seen.1) {
             for i in 0..dim {
                 let mut by = Vec3::zeros();
                 by[i] = *value;
-                visit(node as usize * dim + i, by);
+                list.push((node as usize * dim + i, by));
             }
         }
         for (m, motion) in beside.motions.iter().enumerate() {
-            motion.iter().for_each(|motion| visit(size - dim + m, -motion));
+            list.extend(motion.map(|motion| (size - dim + m, -motion)));
+        }
+    }
+
+    /// Visits what those unknowns change the gap at the point by.
+    fn slopes(&self, size: usize, beside: &Beside, seen: (&[u16], &[f64]), mut visit: impl FnMut(usize, f64)) {
+        let (dim, normal) = (self.law.dim, &beside.found.normal);
+        for (&node, value) in seen.0.iter().zip(seen.1) {
+            (0..dim).for_each(|i| visit(node as usize * dim + i, normal[i] * value));
+        }
+        for (m, motion) in beside.motions.iter().enumerate() {
+            motion.iter().for_each(|motion| visit(size - dim + m, -normal.dot(motion)));
         }
     }
 
@@ -361,9 +372,7 @@ impl RigidContact {
             if turned.is_none() && bend.norm() == 0.0 {
                 continue;
             }
-            list.clear();
-            let seen = (table.clusters.local(point), table.values(point));
-            self.unknowns_at(size, &at, seen, |place, by| list.push((place, by)));
+            self.list(size, &at, (table.clusters.local(point), table.values(point)), &mut list);
             for (column, right) in &list {
                 let (right, column) = (bend * right, &mut matrix[column * size..][..size]);
                 list.iter().for_each(|(row, left)| column[*row] += left.dot(&right));
@@ -439,17 +448,12 @@ impl Term for RigidContact {
         let (touch, local_contact) = self.touch(cluster, &view, |k, [part, more], at| {
             let values = self.contact_surface.table.values(at.point as usize);
             let (seen, more) = ((trace.local(k), values), -bent * more);
+            self.slopes(size, at, seen, |place, by| slope[place] += part * by);
             if more != 0.0 {
                 whole += more;
                 beside.resize(size, 0.0);
+                self.slopes(size, at, seen, |place, by| beside[place] += more * by);
             }
-            self.unknowns_at(size, at, seen, |place, by| {
-                let by = at.found.normal.dot(&by);
-                slope[place] += part * by;
-                if more != 0.0 {
-                    beside[place] += more * by;
-                }
-            });
         });
         let (factor, square) = (-1.0 / trace.area, whole / trace.area.powi(2));
         let gradients = Gradients { slope, beside, factor, square };

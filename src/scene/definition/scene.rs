@@ -210,6 +210,11 @@ impl<const D: usize> Scene<D> {
         self
     }
 
+    /// Whether anything may touch a rigid surface or another part.
+    pub(crate) fn has_contact(&self) -> bool {
+        !self.contacts.is_empty() || !self.contact_pairs.is_empty()
+    }
+
     /// A place with its name, if the scene gave it one, looked up.
     pub(crate) fn resolve(&self, place: &Place<D>) -> Place<D> {
         resolve(&self.names, place)

@@ -180,9 +180,9 @@ fn tell_apart<const D: usize>(scene: &Scene<D>) -> Result<(), BoundaryError> {
     let is_on = |place: &Place<D>, part: &str| matches!(&place.spot, Spot::Part(Part::Named(name)) if name == part);
     for condition in &scene.conditions {
         let Some(name) = condition.name.as_ref().filter(|name| !is_on(&condition.place, name)) else { continue };
-        let unnamed = |other: &&Condition<D>| other.name.as_ref() != Some(name) && is_on(&other.place, name);
+        let hidden = |other: &&Condition<D>| other.name.as_ref() != Some(name) && is_on(&other.place, name);
         ensure!(
-            !scene.conditions.iter().any(|other| unnamed(&other)),
+            !scene.conditions.iter().any(|other| hidden(&other)),
             BoundaryError::NameOfPart { name: name.clone(), place: condition.place.to_string() }
         );
     }

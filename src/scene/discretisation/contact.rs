@@ -54,7 +54,7 @@ pub(crate) fn contact_definition<const D: usize>(
     model: &mut Model,
 ) -> Result<Vec<Contact>, Error> {
     let mut contacts = Vec::new();
-    if scene.contacts.is_empty() && scene.contact_pairs.is_empty() {
+    if !scene.has_contact() {
         return Ok(contacts);
     }
     let bodies = Bodies { scene, all, discrete_bodies, rules, nodes: model.node_count() };

@@ -277,12 +277,11 @@ fn free_nodes<const D: usize>(
     particles: usize,
     iterative: bool,
 ) -> Result<Vec<u32>, Error> {
-    let touches = !scene.contacts.is_empty() || !scene.contact_pairs.is_empty();
-    if !touches && parts.frames.is_empty() {
+    if !scene.has_contact() && parts.frames.is_empty() {
         return Ok(Vec::new());
     }
     let free = unheld(parts, particles as u32..(particles + rigid_dof_count(scene)) as u32);
-    if touches && iterative && !free.is_empty() {
+    if scene.has_contact() && iterative && !free.is_empty() {
         let remedy = "fix it by conditions, or take SolverChoice::Auto";
         return Err(
             Incompatible::new("solution by Krylov iteration", "a body that only contact supports", remedy).into()

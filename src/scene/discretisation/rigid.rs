@@ -115,8 +115,7 @@ pub(crate) fn frames<const D: usize>(
 pub(crate) fn held<const D: usize>(scene: &Scene<D>, frames: &[RigidFrame], free: &[u32]) -> Result<(), Error> {
     let springs = |load: &Load<D>| matches!(load.kind, LoadKind::Integrand(_) | LoadKind::Pressure(_));
     let Some(frame) = frames.first() else { return Ok(()) };
-    let touches = !scene.contacts.is_empty() || !scene.contact_pairs.is_empty();
-    if free.is_empty() || touches || scene.loads.iter().any(springs) {
+    if free.is_empty() || scene.has_contact() || scene.loads.iter().any(springs) {
         return Ok(());
     }
     Err(BoundaryError::Free { name: frame.name.clone() }.into())
