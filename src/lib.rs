@@ -12,7 +12,7 @@
 //! takes full loads in one step where it can.
 //!
 //! # Ten lines
-//! A rubber bush between two sleeves; the inner one is pushed aside by half of the wall. Lengths in mm, stresses in MPa,
+//! A rubber bush between two sleeves; the inner one is pushed down by half the wall thickness. Lengths in mm, stresses in MPa,
 //! forces in N per mm of the bush's length:
 //! ```
 //! use rkpm::prelude::*;
@@ -57,14 +57,14 @@
 //! | 10 | `scene` | |
 //! | 11 | `check`, `study`, `fit` | `Family` |
 //!
-//! Layers 7, 8, 10 and 11 need the feature `solve`, `fit` its own.
+//! [`contact`], `solve` and layers 7, 10 and 11 need the feature `solve`; `fit` has its own.
 //!
 //! # Features
 //! | feature | default | what it adds |
 //! |---|---|---|
 //! | `solve` | yes | conditions, sparse solvers (faer), Newton, scenes |
 //! | `rayon` | yes | tabulation and assembly on all cores, same bits for any number of threads |
-//! | `chart` | yes | SVG charts (plotters) |
+//! | `chart` | yes | charts (SVG), pictures (SVG, PNG) and pages (HTML) |
 //! | `fit` | no | laws fitted to test data (levenberg-marquardt, csv) |
 //! | `serde` | no | states and paths as data, journals of runs that are resumed after a kill |
 //!

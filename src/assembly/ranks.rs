@@ -5,7 +5,7 @@ use std::fmt;
 /// Processes that sum one model together: each holds a share of its clusters and the whole of all vectors over its nodes.
 ///
 /// What a rank finds for its clusters is summed, or the largest of it taken, over all ranks, and all of them go on with the
-/// same bits; so they take the same decisions without further talk. Condensed unknowns stay with the rank that holds
+/// same bits; so they take the same decisions without further communication. Condensed unknowns stay with the rank that holds
 /// their cluster; those of contact and of terms of one's own are replicated.
 ///
 /// ```

@@ -1,7 +1,7 @@
-//! Certificates: what a scheme, and each piece of one's own, must pass.
+//! Certificates: checks that schemes and components of one's own must pass.
 //!
-//! * [`scene`]: what stands between a scene and its solution, before it is solved.
-//! * [`surface`]: what stands between a surface of triangles and a solid.
+//! * [`scene`]: errors in a scene, found before it is solved.
+//! * [`surface`]: defects of a surface of triangles that is to bound a solid.
 //! * [`patch_test`]: are homogeneous fields reproduced?
 //! * [`spurious_modes`]: does the integration rule see every deformation?
 //! * [`inf_sup`]: are the pressures stable?

@@ -145,7 +145,7 @@ impl fmt::Display for Diagnosis {
 /// let scene = block.prescribe(Side::Min, 0, 0.0).prescribe(Side::Max, 0, 0.1);
 /// let diagnosis = check::scene(&scene, &Scheme::default().particles([5, 5]))?;
 /// assert!(!diagnosis.holds());
-/// assert_eq!(diagnosis.free[0].to_string(), "1.00 of a translation along axis 1");
+/// assert_eq!(diagnosis.free[0].to_string(), "a translation along axis 1");
 /// # Ok::<(), rkpm::Error>(())
 /// ```
 pub fn scene<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnosis, Error> {

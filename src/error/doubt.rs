@@ -174,8 +174,8 @@ impl fmt::Display for DoubtCause {
             ),
             DoubtCause::Overlap { contact, share, limit } => write!(
                 f,
-                "{contact} touches too few boundary particles: to press it out where they overlap would take an energy, {:.1} % of its sum with \
-                 the elastic energy (at most {:.1} %), and energy and force of the contact may be too small by {:.0} % or more; take more particles there",
+                "{contact} touches too few boundary particles to be resolved: removing the overlap would take {:.1} % of the energy (at most {:.1} %), and \
+                 energy and force of the contact may be too small by {:.0} % or more; take more particles there",
                 100.0 * share,
                 100.0 * limit,
                 100.0 * share.sqrt()

@@ -141,7 +141,7 @@ pub enum GeometryError {
         what: &'static str,
     },
     /// These cells, or this place, do not support a feature.
-    #[error("{what} is not possible here, it needs {needed}")]
+    #[error("{what} is not supported by these cells: it needs {needed}")]
     Unsuited {
         /// What was requested.
         what: &'static str,

@@ -54,7 +54,7 @@ pub enum LinearError {
         remedy: &'static str,
     },
     /// The solver library reported something else.
-    #[error("sparse solver: {what}")]
+    #[error("sparse solver: {what}; try another SolverChoice, or a smaller model")]
     Library {
         /// The library's message.
         what: String,

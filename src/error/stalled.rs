@@ -79,12 +79,14 @@ pub enum Cause {
     #[error("{0}")]
     LinearSolver(String),
     /// The controlled functional does not change with the load.
-    #[error("the controlled quantity does not change with the load")]
+    #[error(
+        "the controlled quantity does not change with the load; control one that the loads move, or the load itself"
+    )]
     Control,
     /// A large step has gained or lost unstable modes: it may have left its path.
     #[error(
         "the number of unstable modes changes from {before} to {after} in one large step: the state may lie on another \
-         equilibrium path"
+         equilibrium path; lower Stepping::first and Stepping::smallest, or give the part an imperfection"
     )]
     Unstable {
         /// Unstable modes before the step.
@@ -116,7 +118,7 @@ pub enum Cause {
     #[error("{0}")]
     Refused(String),
     /// The arc runs back along the path.
-    #[error("the arc-length step runs back along the path")]
+    #[error("the arc-length step runs back along the path; take smaller arcs (Stepping::first)")]
     Turned,
     /// The load falls beyond a limit point, and the stepping was not told to follow it.
     #[error("the load falls beyond a limit point")]
@@ -171,7 +173,9 @@ impl Driven {
                 "; allow smaller steps (Stepping::smallest), take more particles, or raise Newton::tolerance if it is far below 1e-10; \
                  StateDiagnostics::jacobians of the last step show inverted material, check::scene finds free rigid motions"
             }
-            Driven::ByControl => "",
+            Driven::ByControl => {
+                "; take smaller steps (Stepping::first, Stepping::smallest), more particles, or another control"
+            }
         }
     }
 }

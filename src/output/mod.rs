@@ -7,7 +7,7 @@
 //! | [`VtkGrid`] | `.vtu` | fields on particles and cells, for ParaView |
 //! | pieces of a [`VtkGrid`] | `.pvtu` and `.vtu` | the same from several ranks |
 //! | [`PvdCollection`] | `.pvd` | the `.vtu` files of a path in time or load |
-//! | `Picture` | `.svg` | bodies seen from outside, coloured by a field |
+//! | `Picture` | `.svg`, `.png` | bodies seen from outside, coloured by a field |
 //! | `Page` | `.html` | a body to be turned with the mouse, moving through its steps |
 //! | `Chart` | `.svg` | curves, work against precision, deformed shapes |
 //! | `Journal` | `.jsonl` | a run while it runs, to be read and resumed |

@@ -89,7 +89,7 @@ pub struct Equilibrium<'a> {
 /// What a linearisation tells of a state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Linearized {
-    /// Norm of the forces that nothing balances, relative to [`scale`](Linearized::scale).
+    /// Norm of the out-of-balance forces, relative to [`scale`](Linearized::scale).
     pub residual: f64,
     /// Norm of what prescribed displacements are off by \[length\].
     pub violation: f64,

@@ -60,7 +60,7 @@ fn free_rigid_motions_are_counted_and_named() {
     for inner in [0.0, 1.0, 1000.0] {
         let free = diagnose(&ring(inner), &scheme).free;
         assert_eq!(free.len(), 1, "{inner}: {free:?}");
-        assert_eq!(free[0].to_string(), "1.00 of a translation along axis 1");
+        assert_eq!(free[0].to_string(), "a translation along axis 1");
     }
     // Pinned at one particle: it turns about it.
     let pinned = square().prescribe(Place::at([0.0, 0.0]), 0, 0.0).prescribe(Place::at([0.0, 0.0]), 1, 0.0);
@@ -81,18 +81,14 @@ fn free_rigid_motions_are_counted_and_named() {
     // An end that may slide: free along the other axis, and not turning.
     let slides = diagnose(&square().prescribe(Side::Min, 0, 0.0), &scheme);
     assert_eq!(broken(&slides), ["no rigid motion is free"]);
-    assert_eq!(slides.free[0].to_string(), "1.00 of a translation along axis 1");
+    assert_eq!(slides.free[0].to_string(), "a translation along axis 1");
     // In 3D a held plane leaves two translations and the rotation in it.
     let sliding = diagnose(&cube().prescribe((2, Side::Min), 2, 0.0), &Scheme::default().particles([3]));
     let mut names: Vec<String> = sliding.free.iter().map(ToString::to_string).collect();
     names.sort();
     assert_eq!(
         names,
-        [
-            "1.00 of a rotation in the plane of axes 0 and 1",
-            "1.00 of a translation along axis 0",
-            "1.00 of a translation along axis 1"
-        ]
+        ["a rotation in the plane of axes 0 and 1", "a translation along axis 0", "a translation along axis 1"]
     );
 }
 
@@ -109,7 +105,7 @@ fn bodies_that_contact_lets_slide_are_named() {
     let sliding = diagnose(&between(0.0), &scheme);
     assert_eq!(broken(&sliding), ["no rigid motion is free"]);
     let names: Vec<String> = sliding.free.iter().map(ToString::to_string).collect();
-    assert_eq!(names, ["1.00 of a translation along axis 0"]);
+    assert_eq!(names, ["a translation along axis 0"]);
     let text = sliding.to_string();
     assert!(text.contains("translation along axis 0") && text.contains("friction"), "{text}");
     assert_eq!(text, sliding.report().to_string());
@@ -148,7 +144,7 @@ fn bodies_that_contact_lets_slide_are_named() {
             )
     };
     let free: Vec<String> = diagnose(&on(0.0), &scheme).free.iter().map(ToString::to_string).collect();
-    assert_eq!(free, ["1.00 of a translation along axis 0 of upper"]);
+    assert_eq!(free, ["a translation along axis 0 of upper"]);
     assert!(diagnose(&on(0.3), &scheme).holds());
     let ring = Region::with_holes(Outline::circle("rim", [0.0, 0.0], 0.2), [Outline::circle("bore", [0.0, 0.0], 0.12)]);
     let plate = |y: f64, up: f64| RigidSurface::plane([0.0, y], [0.0, up]);
@@ -156,7 +152,7 @@ fn bodies_that_contact_lets_slide_are_named() {
         .contact("rim", plate(-0.2, 1.0).named("floor"))
         .contact("rim", plate(0.2, -1.0).moving([0.0, -0.04]).named("top"));
     let free = diagnose(&ring, &Scheme::default().particles([12])).free;
-    assert_eq!(free.iter().map(ToString::to_string).collect::<Vec<_>>(), ["1.00 of a translation along axis 0"]);
+    assert_eq!(free.iter().map(ToString::to_string).collect::<Vec<_>>(), ["a translation along axis 0"]);
 }
 
 #[test]

@@ -148,7 +148,7 @@ fn fits_that_friction_alone_holds_are_named() {
     let scheme = Scheme::default().spacing(0.6);
     let path = run(&ring, scheme.clone());
     let Cause::FreeMotion { motions, friction: true } = cause(&path) else { panic!("{:?}", path.ending) };
-    assert_eq!(motions[..], ["1.00 of a translation along axis 1"]);
+    assert_eq!(motions[..], ["a translation along axis 1"]);
     let stop = Condition::on("floor").component(1, 0.0).named("stop");
     let stages = Stages::new("fit", ring.with(stop)).then("free", |scene| scene.without("stop")).run(&scheme).unwrap();
     let force = |stage: &StagePath<2>| stage.problem.contact(stage.path.last(), "plug").unwrap().force;

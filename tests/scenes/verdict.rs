@@ -32,6 +32,24 @@ fn expanded(stretch: f64) -> Scene<2> {
     block().prescribe(Side::Min, 0, 0.0).prescribe((1, Side::Min), 1, 0.0).with_expansion(stretch)
 }
 
+/// Between four walls without friction the pressure of a block that would expand is that of its bulk modulus alone. Particles, which touch
+/// the walls in the mean only, may not carry it: then the run is refused, and no other pressure is told.
+#[test]
+fn enclosed_rubber_carries_its_pressure_or_is_refused() {
+    let walls = || expanded(1.02).prescribe(Side::Max, 0, 0.0).prescribe((1, Side::Max), 1, 0.0);
+    for (scheme, carries) in [(Scheme::elements(2), true), (Scheme::default(), false)] {
+        let problem = walls().discretize(&scheme.particles([17, 9])).unwrap();
+        match problem.run().unwrap().completed() {
+            Ok(path) => {
+                for p in problem.pressures(path.last()).unwrap().unwrap() {
+                    assert!((-59.5..-56.5).contains(&p), "{p}");
+                }
+            }
+            Err(none) => assert!(!carries && matches!(causes(&none)[..], [DoubtCause::Unstable { .. }]), "{none}"),
+        }
+    }
+}
+
 /// A free block expands without a doubt.
 #[test]
 fn free_expansions_are_answers() {

@@ -7,8 +7,9 @@ use super::place::Place;
 use super::scene::Scene;
 
 impl<const D: usize> Scene<D> {
-    /// Lets a boundary part touch a rigid surface: it may come to lie on it, slide along it and leave it, and never goes
-    /// in. Nothing else is to be said: no factor, no first step, no guess of what touches.
+    /// Lets a boundary part touch a rigid surface: it may come to lie on it, slide along it and leave it. The mean gap under each trace
+    /// function is never negative; single points may penetrate by a fraction of the spacing. No penalty factor, first step or guess of
+    /// the contact zone is needed.
     ///
     /// A body that nothing but contact holds is kept in place until it touches. Results are found by the name of the
     /// surface, [`Problem::contact`](crate::scene::Problem::contact).
@@ -36,8 +37,8 @@ impl<const D: usize> Scene<D> {
     }
 
     /// Lets two boundary parts touch each other, of one body or of two, without friction; results are found by the name. A mortar method
-    /// that passes the patch test whether particles match or not; the part that has more facets carries the pressures. Faces of two
-    /// bodies that are to touch are not bonded there.
+    /// that passes the patch test whether particles match or not; the smaller part carries the pressures, of two of equal size the one
+    /// with more facets. Faces of two bodies that are to touch are not bonded there.
     pub fn contact_between(self, first: impl Into<Place<D>>, second: impl Into<Place<D>>, name: &str) -> Self {
         self.contact_pair(ContactPair::between(first, second, name))
     }

@@ -50,9 +50,8 @@ pub struct Scheme {
     pub(crate) kernel: Arc<dyn Kernel>,
     /// Supports.
     pub(crate) dilation: Dilation,
-    /// Reciprocal condition number of the moment matrix below which a point is refused; `None` for the
-    /// limit that keeps gradients to eight digits, see
-    /// [`with_rcond_limit`](crate::shape::ReproducingKernel::with_rcond_limit).
+    /// Reciprocal condition number of the moment matrix below which a point is refused; `None` for 1e-8, where gradients may be off
+    /// by 1e-3, see [`with_rcond_limit`](crate::shape::ReproducingKernel::with_rcond_limit).
     pub(crate) rcond_limit: Option<f64>,
     /// Domain integration.
     pub(crate) rule: Rule,
@@ -189,8 +188,9 @@ impl Scheme {
     }
 
     /// Sets the least number of particle spacings across each wall of a solid: blocks of cells are halved in thinner walls, down to 1/16 of
-    /// the spacing ([`CutLattice::refined`](crate::cells::CutLattice::refined)), and walls that need less are refused. With 0, the default,
-    /// thin walls have three where three halvings give them, see [`thin_walls`](Scheme::thin_walls). Bodies that are not solids are refused.
+    /// the spacing ([`CutLattice::refined`](crate::cells::CutLattice::refined)); walls that would need a smaller spacing are an error. With 0,
+    /// the default, walls with fewer than two and a half spacings get at least three where three halvings suffice, see
+    /// [`thin_walls`](Scheme::thin_walls). Bodies that are not solids are refused.
     pub fn across(mut self, spacings: usize) -> Self {
         self.across = spacings;
         self
@@ -262,8 +262,8 @@ impl Scheme {
         self
     }
 
-    /// Sets the reciprocal condition number of the moment matrix below which a point is refused, in place of the limit that
-    /// keeps gradients to eight digits, see [`with_rcond_limit`](crate::shape::ReproducingKernel::with_rcond_limit).
+    /// Sets the reciprocal condition number of the moment matrix below which a point is refused, in place of 1e-8, where gradients may
+    /// be off by 1e-3, see [`with_rcond_limit`](crate::shape::ReproducingKernel::with_rcond_limit).
     pub fn rcond_limit(mut self, limit: f64) -> Self {
         self.rcond_limit = Some(limit);
         self

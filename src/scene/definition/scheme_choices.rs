@@ -30,7 +30,7 @@ pub(crate) type Grading = Arc<dyn Fn(&[f64]) -> f64 + Send + Sync>;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Dilation {
     /// Local spacing, $r$ by basis: 1 (linear), 1.3 (quadratic; on lattices in space 1, and 1.2 for the third
-    /// particle from each end).
+    /// particle from each end), 1.8 (cubic).
     Auto,
     /// $d_i$ is the largest distance from the particle to its neighbours on lattices, their mean distance, smoothed, on
     /// scattered sets.

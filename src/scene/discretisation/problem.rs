@@ -200,8 +200,8 @@ impl<const D: usize> Problem<D> {
         Ok(self.view().deformation_gradients(state))
     }
 
-    /// Hydrostatic pressures \[stress\] at the [`points`](Problem::points) of the bodies' tables, see [`Body::pressures`]; none
-    /// where a law tells none.
+    /// Mean stresses \[stress\], positive in tension, at the [`points`](Problem::points) of the bodies' tables, see [`Body::pressures`];
+    /// `None` where a material has no volumetric part.
     ///
     /// # Errors
     /// [`SolveError::OtherModel`] for a state of another problem.

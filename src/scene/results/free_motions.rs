@@ -36,14 +36,14 @@ pub struct FreeMotion {
 impl fmt::Display for FreeMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Parts below a hundredth say nothing to a reader.
-        let mut word = "";
-        for (axis, part) in self.translation.iter().enumerate().filter(|(_, part)| part.abs() > 0.01) {
-            write!(f, "{word}{part:.2} of a translation along axis {axis}")?;
-            word = " and ";
-        }
-        for (i, j, part) in self.rotations.iter().filter(|r| r.2.abs() > 0.01) {
-            write!(f, "{word}{part:.2} of a rotation in the plane of axes {j} and {i}")?;
-            word = " and ";
+        let along =
+            self.translation.iter().enumerate().map(|(axis, part)| (*part, format!("translation along axis {axis}")));
+        let about =
+            self.rotations.iter().map(|(i, j, part)| (*part, format!("rotation in the plane of axes {j} and {i}")));
+        let parts: Vec<(f64, String)> = along.chain(about).filter(|part| part.0.abs() > 0.01).collect();
+        match &parts[..] {
+            [(_, motion)] => write!(f, "a {motion}")?,
+            parts => write!(f, "{}", parts.mapped(|(part, motion)| format!("{part:.2} of a {motion}")).join(" and "))?,
         }
         match &self.body {
             Some(body) => write!(f, " of {body}"),

@@ -20,7 +20,7 @@ use rkpm::error::{Error, Incompatible, SolveError};
 const GROUPS: [(&str, &[&str]); 7] = [
     ("source", &["block", "mapped block", "radial", "region", "planar mesh", "solid mesh", "cut surface"]),
     ("approximation", &["order 1", "order 2", "order 3", "elements 1", "elements 2"]),
-    ("kinematics", &["plane strain, 3D", "axisymmetric", "plane stress"]),
+    ("kinematics", &["plane strain or 3D", "axisymmetric", "plane stress"]),
     ("material", &["elastic", "viscoelastic", "Mullins", "foam"]),
     (
         "action",
@@ -252,7 +252,7 @@ fn page(search: &Search) -> String {
     let mut text = String::from("# Which options can be combined\n\n");
     let _ = write!(
         text,
-        "{refused} of {all} pairs of options are not supported, {} options were ignored in silence.\n\n",
+        "{refused} of {all} pairs of options are not supported, {} options were silently ignored.\n\n",
         search.dropped
     );
     text += "This page is written by `cargo test --profile quick --all-features --test scenes combinations` with \

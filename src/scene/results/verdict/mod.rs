@@ -45,6 +45,7 @@ impl<const D: usize> Problem<D> {
     /// All that makes a path of this problem doubtful: what its steps have recorded ([`EquilibriumPath::doubts`]), and what only the
     /// problem can tell of the last state:
     /// * bodies that have passed through one another, through themselves or through a rigid surface, where no contact is declared,
+    /// * walls that were left with few particle spacings across,
     /// * conditions that prescribe different values at a common edge,
     /// * free surfaces beyond Biot's limit ([`surface_stability`](crate::material::surface_stability)).
     ///
