@@ -13,16 +13,17 @@ pub(crate) enum Rejection {
     TooLarge(Vec<f64>),
 }
 
-/// Modes gained or lost are followed up by this part of the smallest increment: with the default of that, down to Newton's
-/// own tolerance.
+/// Modes gained or lost, and errors of time, are followed up by this part of the smallest increment: with the default of that, down to
+/// Newton's own tolerance.
 const LOCATED: f64 = 1e-4;
 
 impl Rejection {
     /// The increment below which a run stalls, from the one for attempts that do not converge: what a large step
-    /// gained or lost is real only once the step is small, however far away the next target is.
+    /// gained or lost is real only once the step is small, however far away the next target is. An error of time falls with the step, and
+    /// what a law needs to relax may be any part of the duration.
     pub(super) fn least(&self, smallest: f64) -> f64 {
         match self {
-            Rejection::Failed(Cause::Unstable { .. }) => LOCATED * smallest,
+            Rejection::Failed(Cause::Unstable { .. } | Cause::TimeError { .. }) => LOCATED * smallest,
             Rejection::Stopped => f64::INFINITY,
             _ => smallest,
         }

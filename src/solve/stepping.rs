@@ -7,8 +7,8 @@ use crate::error::{Invalid, SolveError};
 pub enum StepControl {
     /// The load, unless the tangent displacement to it has $|\nabla u| > 1$: then a generalised deflection, the
     /// mean displacement along the load; where that leads no further, as following loads turn with the body, the arc
-    /// length as long as the load rises. The load also where an amplitude table has break points inside $(0, 1)$, and where
-    /// prescribed displacements change with it.
+    /// length as long as the load rises. The load also where contact is possible, where a material relaxes, where an amplitude table has
+    /// break points inside $(0, 1)$, and where prescribed displacements change with the load.
     #[default]
     Auto,
     /// The load. Steps stop at the break points of amplitude tables.
@@ -48,11 +48,12 @@ pub enum Following {
 ///   0.22 of what they change: one turns a part by a quarter at most. It is cut into as many equal parts as it takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stepping {
-    /// First increment of the load factor, where the load leads.
+    /// First increment of the load factor, under load control.
     pub first: f64,
-    /// Increments below this end the analysis as stalled; below this part of the first one where a deflection or an arc leads.
+    /// Increments below this end the analysis as stalled; below this part of the first one under control of a deflection or an arc. Where modes
+    /// change, or where a step of time leaves too large an error, increments may be smaller by a factor of 1e-4.
     pub smallest: f64,
-    /// Largest increment, where the load leads.
+    /// Largest increment, under load control.
     pub largest: f64,
     /// Growth after a step of at most `quick` iterations.
     pub growth: f64,
@@ -61,7 +62,7 @@ pub struct Stepping {
     /// Most converged steps.
     pub steps: usize,
     /// Whether the next state is predicted from the last ones: by a parabola through three where the load is unknown, by a line through two
-    /// where it leads, or with contact.
+    /// under load control, or with contact.
     pub predict: bool,
     /// What is controlled.
     pub control: StepControl,

@@ -182,11 +182,11 @@ fn loads_beyond_a_limit_point_are_not_followed_unasked() {
 fn steps_of_time_are_not_taken_at_any_error() {
     let creeping = Viscoelastic::new(rubber(), Prony::of_instantaneous([(0.4, 2.0)]).unwrap());
     let pulled = block(creeping).hold(Side::Min).prescribe(Side::Max, 0, 0.3).over_time(10.0);
-    let coarse = Stepping { first: 0.5, smallest: 0.25, time_tolerance: 1e-9, ..Stepping::default() };
+    let coarse = Stepping { first: 0.5, smallest: 0.25, time_tolerance: 1e-15, ..Stepping::default() };
     let Cause::TimeError { error, tolerance } = cause(&run(&pulled, Scheme::default().stepping(coarse))) else {
         panic!("another cause")
     };
-    assert!(tolerance == 1e-9 && error > tolerance, "{error}");
+    assert!(tolerance == 1e-15 && error > tolerance, "{error}");
 }
 
 /// Where no step is too small, halves of it end with the rounding of the load.

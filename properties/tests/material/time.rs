@@ -342,10 +342,28 @@ fn refusals_of_time_say_why() {
     assert!(Prony::of_instantaneous([(0.6, 0.0)]).is_err() && Prony::of_relaxed([]).is_err());
     assert!(Mullins::new(elastic(), 1.0, 0.1, 0.1).is_err() && Mullins::new(elastic(), 2.0, 0.0, 0.0).is_err());
     // A tolerance below what the smallest step keeps.
-    let stepping = Stepping { smallest: 0.05, time_tolerance: 1e-9, ..Stepping::default() };
+    let stepping = Stepping { smallest: 0.05, time_tolerance: 1e-15, ..Stepping::default() };
     let path = problem(&sheared(relaxing(1), sine(), seconds(2.5)), stepping).run().unwrap();
     let why = path.completed().unwrap_err().to_string();
     assert!(why.contains("smallest time step"), "{why}");
+}
+
+/// A body held for a duration of up to 2e5 times what its law needs to relax follows the law all the same.
+#[test]
+fn short_relaxation_in_a_long_time_is_followed() {
+    let sudden = Amplitude::table(vec![(0.0, 0.0), (1e-5, 1.0), (1.0, 1.0)]).unwrap();
+    for duration in [1e3, 1e4] {
+        let problem = problem(&sheared(relaxing(1), sudden.clone(), seconds(duration)), Stepping::default());
+        let path = problem.run().unwrap().completed().unwrap();
+        let ramp = 1e-5 * duration;
+        for step in &path.steps {
+            let time = duration * step.state.load;
+            let relaxed = 0.4 * 2.0 * A10 * SHEAR;
+            let expected = if time < 10.0 * ramp { exact(1, time, |t| SHEAR * (t / ramp).min(1.0)) } else { relaxed };
+            let given = shear_stress(&problem, &step.state);
+            assert!(relative_eq!(given, expected, max_relative = 2e-3), "{duration} {time} {given} {expected}");
+        }
+    }
 }
 
 /// erf by its series.
