@@ -4,6 +4,7 @@
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
+use rkpm::scene::Stages;
 
 /// A long tube or a sphere of Yeoh rubber under inner pressure, $r^m = R^m + c$, in the limit of no compressibility.
 struct Vessel {
@@ -335,5 +336,42 @@ fn uncertainties_tell_of_stresses_that_particles_do_not_see() {
                 assert!(told > least && told < most, "{bulk} {height} {counts:?} {k}: {told}");
             }
         }
+    }
+}
+
+/// Lengths in another unit are the same stresses, beside a load at a point too.
+#[test]
+fn stresses_do_not_depend_on_the_unit_of_length() {
+    let found = |unit: f64| -> Vec<Matrix3<f64>> {
+        let block = Block::new([0.0, 0.0], [2.0 * unit, unit]);
+        let scene = Scene::new(block, PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+            .hold((0, Side::Min))
+            .with(Load::force(Place::at([2.0 * unit, 0.5 * unit]), [0.02 * unit, 0.0]));
+        let problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        let at = |x: f64, y: f64| problem.stress(path.last(), &[x * unit, y * unit].into()).unwrap();
+        [[0.7, 0.0], [1.0, 0.9], [1.6, 1.0], [0.3, 0.2]].map(|[x, y]| at(x, y)).to_vec()
+    };
+    let all = [found(1.0), found(0.5f64.sqrt()), found(1e-3), found(20.0)];
+    for other in &all[1..] {
+        for (a, b) in all[0].iter().zip(other) {
+            assert!(abs_diff_eq!(a, b, epsilon = 1e-6 * a.norm()), "{a} {b}");
+        }
+    }
+}
+
+/// A stage that changes nothing has the stresses of the one before, those at loaded and free faces too.
+#[test]
+fn stresses_of_a_later_stage_are_in_equilibrium() {
+    let block = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((0, Side::Min))
+        .traction((0, Side::Max), [0.0, -0.02])
+        .pressure((1, Side::Max), 0.05);
+    let stages =
+        Stages::new("load", block).then("stay", |scene| scene).run(&Scheme::default().particles([9, 5])).unwrap();
+    let fields = [0, 1].map(|k| stages[k].problem.stress_field(stages[k].path.last()).unwrap());
+    for x in [[1.0, 1.0], [2.0, 0.5], [1.5, 0.0], [0.7, 0.6]] {
+        let [first, second] = [0, 1].map(|k| fields[k].at(&x.into()).unwrap());
+        assert!(abs_diff_eq!(first, second, epsilon = 1e-6 * first.norm()), "{first} {second}");
     }
 }

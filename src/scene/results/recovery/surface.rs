@@ -7,21 +7,22 @@ use crate::error::Error;
 use crate::geometry::Vec3;
 use crate::solve::State;
 use crate::tensor::cofactor;
-use crate::term::{Term, View, parted};
+use crate::term::{Element, ForceDensities, Term, View, each_force};
 
 use crate::neighbours::BoxTree;
 
 use super::{Facet, Recovery, moved_in};
 use crate::scene::results::view::SurfaceRule;
 
-/// The nodes that a term may exert forces on; a contact that is open exerts none.
-fn acting<'a>(term: &'a dyn Term, condensed: &'a [f64]) -> impl Iterator<Item = u32> + 'a {
-    let unknowns = if term.layout().unilateral { parted(term, condensed).0 } else { &[] };
-    let exerts = move |cluster: &usize| {
-        let own = unknowns.get(term.unknowns(*cluster));
-        unknowns.is_empty() || own.is_none_or(|own| own.iter().any(|value| *value != 0.0))
-    };
-    (0..term.clusters()).filter(exerts).flat_map(|cluster| term.nodes(cluster).iter().copied())
+/// The nodes that a term exerts forces on.
+fn acting(term: &dyn Term, view: View<'_>) -> Vec<u32> {
+    let mut nodes = Vec::new();
+    each_force(term, 0..term.clusters(), view, &mut Element::default(), |node, residual, _| {
+        if residual.iter().any(|force| *force != 0.0) {
+            nodes.push(node as u32);
+        }
+    });
+    nodes
 }
 
 impl Recovery<'_> {
@@ -57,58 +58,73 @@ impl Recovery<'_> {
         for (number, (term, condensed)) in model.terms().iter().zip(&state.condensed).enumerate().skip(self.bodies) {
             let sums = model.sums(number);
             let view = View { displacement: &state.displacement, condensed, load: state.load };
-            let nodes = || acting(&**term, condensed);
-            let mut acts = [f64::from(u8::from(nodes().any(|node| self.own(node as usize).is_some())))];
+            let nodes = acting(&**term, view);
+            let mut acts = [f64::from(u8::from(nodes.iter().any(|&node| self.own(node as usize).is_some())))];
             self.total(&mut acts);
             if acts[0] == 0.0 {
                 continue;
             }
-            let mut given = [0.0, 0.0, 0.0];
-            if let Some(densities) = term.force_densities(view) {
-                given[1] = densities.weights.iter().filter(|_| sums).sum::<f64>();
-                let on_surface = densities.normals.len() == densities.positions.len() && !densities.normals.is_empty();
-                let found: Vec<_> = match on_surface {
-                    true => densities.positions.paired(&densities.normals, find),
-                    false => Vec::new(),
-                };
-                if found.contains(&None) {
-                    given[0] = 1.0;
-                } else if on_surface {
-                    for (facet, force) in found.into_iter().flatten().zip(&densities.forces).filter(|_| sums) {
-                        tractions[facet] += force;
-                    }
-                    given[2] = 1.0;
-                } else if !densities.positions.is_empty() {
-                    // A force over all of the body; anything less, a point load, has no density.
-                    let nearest = BoxTree::of(&densities.positions);
-                    let sums = body_force.get_or_insert_with(|| vec![Vec3::zeros(); self.current.len()]);
-                    for (point, (sum, j)) in sums.iter_mut().zip(&self.jacobians).enumerate() {
-                        *sum += densities.forces[nearest.nearest(&self.body.point(point)).unwrap_or(0)] / *j;
+            let (mut given, densities) = ([0.0; 4], term.force_densities(view));
+            let [unknown, weight, count, surface] = &mut given;
+            match &densities {
+                Some(densities) => {
+                    *weight = densities.weights.iter().filter(|_| sums).sum::<f64>();
+                    *count = densities.weights.iter().filter(|_| sums).count() as f64;
+                    let on_surface =
+                        densities.normals.len() == densities.positions.len() && !densities.normals.is_empty();
+                    if on_surface {
+                        let found: Vec<_> = densities.positions.paired(&densities.normals, find);
+                        *unknown = f64::from(u8::from(found.contains(&None)));
+                        *surface = 1.0 - *unknown;
+                        let known = found.into_iter().flatten().zip(&densities.forces);
+                        for (facet, force) in known.filter(|_| sums && *surface > 0.0) {
+                            tractions[facet] += force;
+                        }
                     }
                 }
-            } else if term.clusters() > 0 {
-                given[0] = 1.0;
+                None => *unknown = 1.0,
             }
             self.total(&mut given);
-            let [unknown, weight, surface] = given;
-            let whole = surface > 0.0 || (weight / volume[0] - 1.0).abs() < 1e-3;
-            if unknown > 0.0 || !whole {
-                nodes().filter_map(|node| self.own(node as usize)).for_each(|node| obscure[node] = 1.0);
+            let [unknown, weight, count, surface] = given;
+            // A force over all of the body has a density. Anything less has none, and a point load is one of measure 1.
+            let whole = unknown + surface == 0.0 && count > 1.0 && (weight / volume[0] - 1.0).abs() < 1e-3;
+            if let Some(densities) = densities.filter(|_| whole) {
+                self.add_body_force(&mut body_force, &densities);
+            } else if unknown > 0.0 || surface == 0.0 {
+                nodes.iter().filter_map(|&node| self.own(node as usize)).for_each(|node| obscure[node] = 1.0);
             }
         }
         self.total(&mut obscure);
         self.obscure.iter_mut().zip(obscure).for_each(|(own, any)| *own = any > 0.0);
-        if self.ranks.is_some() {
-            let mut all: Vec<f64> = Vec::with_capacity(3 * tractions.len());
-            for traction in &tractions {
-                all.extend_from_slice(traction.as_slice());
-            }
-            self.total(&mut all);
-            tractions.iter_mut().zip(all.chunks_exact(3)).for_each(|(t, sum)| *t = Vec3::from_column_slice(sum));
-        }
+        self.total_tractions(&mut tractions);
         self.body_force = body_force;
         let current = moved_in(self.body, state, &points.positions)?;
         self.add_facets(&points, &tractions, &current)
+    }
+
+    /// Sums tractions over all ranks.
+    fn total_tractions(&self, tractions: &mut [Vec3]) {
+        if self.ranks.is_none() {
+            return;
+        }
+        let mut all: Vec<f64> = Vec::with_capacity(3 * tractions.len());
+        for traction in &*tractions {
+            all.extend_from_slice(traction.as_slice());
+        }
+        self.total(&mut all);
+        tractions.iter_mut().zip(all.chunks_exact(3)).for_each(|(t, sum)| *t = Vec3::from_column_slice(sum));
+    }
+
+    /// Adds a force over all of the body at its points, those of the nearest points where it is known.
+    fn add_body_force(&self, body_force: &mut Option<Vec<Vec3>>, densities: &ForceDensities) {
+        if densities.positions.is_empty() {
+            return;
+        }
+        let nearest = BoxTree::of(&densities.positions);
+        let sums = body_force.get_or_insert_with(|| vec![Vec3::zeros(); self.current.len()]);
+        for (point, (sum, j)) in sums.iter_mut().zip(&self.jacobians).enumerate() {
+            *sum += densities.forces[nearest.nearest(&self.body.point(point)).unwrap_or(0)] / *j;
+        }
     }
 
     /// The facets on which at least one component of the traction is known.
