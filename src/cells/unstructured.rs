@@ -133,6 +133,28 @@ impl<const D: usize> Unstructured<D> {
         Ok(cells)
     }
 
+    /// The facets of the pieces of a part; on curved ones with trace functions that combine to the normal where it `bends`.
+    fn traces(
+        &self,
+        part: &Part,
+        [parts, gauss]: [usize; 2],
+        bends: bool,
+    ) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
+        // The facets of a face are one at each corner; more parts are pieces of these.
+        let pieces = parts.div_ceil(2);
+        if parts != 2 * pieces {
+            check_halves(parts, HALVES)?;
+        }
+        check_point_count(self.faces.facet_count(), pieces.saturating_mul(gauss).saturating_pow(D as u32 - 1))?;
+        let (points, weights) = gauss_legendre(gauss)?;
+        let mut rule = (Vec::with_capacity(pieces * gauss), Vec::with_capacity(pieces * gauss));
+        for piece in 0..pieces {
+            rule.0.extend(points.iter().map(|x| (piece as f64 + x) / pieces as f64));
+            rule.1.extend(weights.iter().map(|w| w / pieces as f64));
+        }
+        Ok(self.faces.pieces_of(part)?.mapped(|piece| self.facets(piece, &rule, bends)))
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> &Mesh<D> {
         &self.mesh
@@ -318,19 +340,11 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
     }
 
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
-        // The facets of a face are one at each corner; more parts are pieces of these.
-        let pieces = parts.div_ceil(2);
-        if parts != 2 * pieces {
-            check_halves(parts, HALVES)?;
-        }
-        check_point_count(self.faces.facet_count(), pieces.saturating_mul(gauss).saturating_pow(D as u32 - 1))?;
-        let (points, weights) = gauss_legendre(gauss)?;
-        let mut rule = (Vec::with_capacity(pieces * gauss), Vec::with_capacity(pieces * gauss));
-        for piece in 0..pieces {
-            rule.0.extend(points.iter().map(|x| (piece as f64 + x) / pieces as f64));
-            rule.1.extend(weights.iter().map(|w| w / pieces as f64));
-        }
-        Ok(self.faces.pieces_of(part)?.mapped(|piece| self.facets(piece, &rule)))
+        self.traces(part, [parts, gauss], true)
+    }
+
+    fn contact_boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
+        Ok(BoundaryCells::joined(self.traces(part, [parts, gauss], false)?))
     }
 
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {

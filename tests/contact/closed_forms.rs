@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 use rkpm::material::Mode;
+use rkpm::mesh::CellShape;
 use rkpm::prelude::*;
 use rkpm::scene::ContactState;
 
@@ -209,6 +210,51 @@ fn sleeve_in_a_bush() {
     let worst = fit.points.iter().map(|point| (point.pressure / expected - 1.0).abs()).fold(0.0, f64::max);
     println!("pressure in the mean {mean:.2e}, at the worst particle {worst:.2e}");
     assert!(mean.abs() < 5e-3 && worst < 0.02, "{mean:e} {worst:e}");
+}
+
+/// A quarter of a ring of quadrangles, its faces by their names.
+fn quarter(inner: f64, outer: f64, [through, around]: [usize; 2]) -> Mesh<2> {
+    let node = |i: usize, j: usize| i + (through + 1) * j;
+    let points = (0..(through + 1) * (around + 1)).map(|k| {
+        let radius = inner + (outer - inner) * (k % (through + 1)) as f64 / through as f64;
+        let angle = 0.5 * PI * (k / (through + 1)) as f64 / around as f64;
+        Point::<2>::new(radius * angle.cos(), radius * angle.sin())
+    });
+    let cell = |k: usize| {
+        let (i, j) = (k % through, k / through);
+        [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)]
+    };
+    let cells = through * around;
+    let arc = |i: usize| (0..around).flat_map(move |j| [node(i, j), node(i, j + 1)]);
+    let end = |j: usize| (0..through).flat_map(move |i| [node(i, j), node(i + 1, j)]);
+    let lines = arc(0).chain(arc(through)).chain(end(0)).chain(end(around)).collect();
+    let (mut groups, mut first) = (Vec::new(), cells);
+    for (name, count) in [("bore", around), ("rim", around), ("low", through), ("left", through)] {
+        groups.push((name.to_string(), (first..first + count).collect()));
+        first += count;
+    }
+    let blocks = [(CellShape::Quadrangle, (0..cells).flat_map(cell).collect()), (CellShape::Line, lines)];
+    Mesh::new(points.collect(), &blocks, &groups).unwrap()
+}
+
+/// The sleeve in the bush as meshes whose curved faces do not match: pressures live on linear trace functions there too.
+#[test]
+fn sleeve_in_a_bush_of_meshes() {
+    let (bulk, interference, radii) = (30.0, 1e-3, [0.5, 1.0, 2.0]);
+    let mut scene = Scene::assembly(PlaneStrain)
+        .body("sleeve", quarter(radii[0], radii[1] + interference, [6, 24]), soft(bulk))
+        .body("bush", quarter(radii[1], radii[2], [8, 24]), soft(bulk))
+        .press_fit(Place::from("rim").of("sleeve"), Place::from("bore").of("bush"), "fit");
+    for body in ["sleeve", "bush"] {
+        scene = scene.prescribe(Place::from("low").of(body), 1, 0.0).prescribe(Place::from("left").of(body), 0, 0.0);
+    }
+    let problem = scene.discretize(&Scheme::default()).unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
+    let fit = problem.contact(path.last(), "fit").unwrap();
+    let expected = lame(interference, bulk, radii);
+    let mean = fit.force.norm() / (SQRT_2 * radii[1] * expected) - 1.0;
+    let worst = fit.points.iter().map(|point| (point.pressure / expected - 1.0).abs()).fold(0.0, f64::max);
+    assert!(mean.abs() < 1e-2 && worst < 0.05, "{mean:e} {worst:e}");
 }
 
 /// A solid shaft in a bush, scattered particles that do not face each other, finest at the joint. Chords of neighbouring particles differ in

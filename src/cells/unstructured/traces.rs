@@ -25,10 +25,10 @@ impl<const D: usize> Unstructured<D> {
     /// where trace functions can combine to the normal: on flat pieces those that sum to one do. On curved ones normals jump from face
     /// to face: there the weights of the particles around a face are the trace functions with the smallest change for which
     /// $\sum_J f_J = 1$ and $\sum_J f_J\\,n_J = n$, with $n_J$ the mean normal at particle $J$; those on a rim
-    /// between two curved pieces carry trace functions of one of them.
-    pub(super) fn facets(&self, piece: &Piece, rule: &(Vec<f64>, Vec<f64>)) -> BoundaryCells<D> {
+    /// between two curved pieces carry trace functions of one of them. These may be negative: contact takes the linear ones, without `bends`.
+    pub(super) fn facets(&self, piece: &Piece, rule: &(Vec<f64>, Vec<f64>), bends: bool) -> BoundaryCells<D> {
         let mut cells = BoundaryCells::empty();
-        let bent = piece.curved.then(|| Bent::new(self, piece));
+        let bent = (bends && piece.curved).then(|| Bent::new(self, piece));
         for &face in &piece.faces {
             let cell = self.faces.beside(face as usize)[0] as usize;
             let (shape, nodes) = self.mesh.cell(cell);
