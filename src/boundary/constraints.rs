@@ -159,7 +159,7 @@ impl Constraints {
             BoundaryError::Value { what: equation.label, value: equation.target, load: 1.0 }
         );
         for load in [0.0, 1.0] {
-            let value = equation.target * equation.amplitude.evaluate(load).0;
+            let value = equation.target * equation.amplitude.value(load);
             ensure!(value.is_finite(), BoundaryError::Value { what: equation.label, value, load });
         }
         if equation.entries.iter().all(|(_, c)| *c == 0.0) {
@@ -175,7 +175,7 @@ impl Constraints {
         violation.extend(
             self.equations
                 .iter()
-                .map(|equation| equation.target * equation.amplitude.evaluate(load).0 - equation.value(displacement)),
+                .map(|equation| equation.target * equation.amplitude.value(load) - equation.value(displacement)),
         );
     }
 

@@ -103,7 +103,7 @@ pub(crate) fn is_redundant(
             let terms: Vec<(f64, Amplitude)> =
                 several.mapped(|(prescription, part)| (part * prescription.target, prescription.amplitude.clone()));
             let label = several.mapped(|(prescription, _)| prescription.label.as_str()).join(" and ");
-            let sum = move |load: f64| terms.summed(|(target, a)| target * a.evaluate(load).0);
+            let sum = move |load: f64| terms.summed(|(target, a)| target * a.value(load));
             check_agreement((&label, 1.0, &Amplitude::Function(Arc::new(sum))), second, component, at, rounding)?;
         }
     }
@@ -145,7 +145,7 @@ pub(crate) fn check_agreement(
         // At some loads and at the break points of tables; those of functions can't be known.
         let break_points = first.2.break_points().into_iter().chain(second.2.break_points());
         let loads = [1.0, 0.0, 0.21, 0.47, 0.76].into_iter().chain(break_points);
-        let both = |load: f64| (load, [first, second].each(|(_, g, a)| g * a.evaluate(load).0));
+        let both = |load: f64| (load, [first, second].each(|(_, g, a)| g * a.value(load)));
         loads.map(both).find(|&(_, values)| !same(values))
     };
     let Some((load, values)) = found else { return Ok(()) };

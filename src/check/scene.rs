@@ -154,23 +154,21 @@ pub fn scene<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagno
 
 fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnosis, Error> {
     let mut diagnosis = Diagnosis { most_pressures: 1.0 / D as f64, ..Diagnosis::default() };
-    if scheme.approximation == ApproximationChoice::Particles {
-        for (scheme, cells) in scene.cells(scheme)? {
-            if scheme.approximation != ApproximationChoice::Particles {
-                continue;
-            }
-            let (cover, uncovered) = cover(&kernel_functions(&scheme, &*cells)?, &*cells)?;
-            diagnosis.uncovered.extend(uncovered);
-            diagnosis.thin |= D > 1 && cells.is_thin();
-            diagnosis.cover = Some(match diagnosis.cover.take() {
-                Some(other) if other.rcond <= cover.rcond => Cover { lost: other.lost + cover.lost, ..other },
-                Some(other) => Cover { lost: other.lost + cover.lost, ..cover },
-                None => cover,
-            });
+    for (scheme, cells) in scene.cells(scheme)? {
+        if scheme.approximation != ApproximationChoice::Particles {
+            continue;
         }
-        if !diagnosis.uncovered.is_empty() {
-            return Ok(diagnosis);
-        }
+        let (cover, uncovered) = cover(&kernel_functions(&scheme, &*cells)?, &*cells)?;
+        diagnosis.uncovered.extend(uncovered);
+        diagnosis.thin |= D > 1 && cells.is_thin();
+        diagnosis.cover = Some(match diagnosis.cover.take() {
+            Some(other) if other.rcond <= cover.rcond => Cover { lost: other.lost + cover.lost, ..other },
+            Some(other) => Cover { lost: other.lost + cover.lost, ..cover },
+            None => cover,
+        });
+    }
+    if !diagnosis.uncovered.is_empty() {
+        return Ok(diagnosis);
     }
     let problem = match scene.discretize_leniently(scheme) {
         Ok((problem, refused)) => {
@@ -222,7 +220,7 @@ fn without_effect<const D: usize>(scene: &Scene<D>) -> Vec<String> {
     }
     if let Some(clock) = &scene.clock {
         push_long(&mut found, clock, "the clock of the scene");
-        if clock.evaluate(1.0).0 > clock.evaluate(0.0).0 {
+        if clock.value(1.0) > clock.value(0.0) {
             return found;
         }
     }
@@ -258,7 +256,7 @@ fn relaxes(law: &dyn Material) -> bool {
 /// The largest displacement that conditions prescribe \[length\]; none where they do so by functions.
 fn largest_motion<const D: usize>(scene: &Scene<D>) -> Option<f64> {
     let values = scene.conditions.iter().flat_map(|condition| {
-        let amplitudes = (0..=16).map(|k| condition.amplitude.evaluate(f64::from(k) / 16.0).0.abs());
+        let amplitudes = (0..=16).map(|k| condition.amplitude.value(f64::from(k) / 16.0).abs());
         let most = amplitudes.fold(0.0, f64::max);
         condition.prescribed.iter().map(move |(_, value)| match value {
             Value::Constant(value) => Some(value.abs() * most),

@@ -143,10 +143,12 @@ impl Obstacle {
         self.drive = Some(drive);
     }
 
-    /// Moves on from where it is; along with the motion of a ramp that it has.
+    /// Moves on from where it is; along with the motion of a ramp that it has, and not with another one.
     pub(crate) fn move_on(&mut self, by: Point<3>) {
-        let ramp = |drive: &&Drive| drive.force.is_none() && drive.amplitude == Amplitude::Ramp;
-        let earlier = self.drive.as_ref().filter(ramp).map_or_else(Point::zeros, |drive| drive.along);
+        let is_moved = |drive: &&Drive| drive.force.is_none();
+        self.driven_twice |=
+            self.drive.as_ref().filter(is_moved).is_some_and(|drive| drive.amplitude != Amplitude::Ramp);
+        let earlier = self.drive.as_ref().filter(is_moved).map_or_else(Point::zeros, |drive| drive.along);
         self.drive(Drive { along: earlier + by, force: None, amplitude: Amplitude::Ramp });
     }
 
@@ -154,7 +156,8 @@ impl Obstacle {
     fn turn(&mut self, about: Vec3, axis: Vec3, amount: f64, free: bool) {
         let spin = axis.normalize().cross_matrix();
         self.driven_twice |= self.turning.as_ref().is_some_and(|turning| turning.free != free);
-        let amplitude = self.turn_to_come.take().unwrap_or(Amplitude::Ramp);
+        let earlier = self.turning.as_ref().map(|turning| turning.amplitude.clone());
+        let amplitude = self.turn_to_come.take().or(earlier).unwrap_or(Amplitude::Ramp);
         self.turning = Some(Turning { about, spin, amount, amplitude, free, start: 0.0, axis: axis.norm() });
     }
 
@@ -180,7 +183,7 @@ impl Obstacle {
             Some(force) => ("force", std::slice::from_ref(force)),
             None => ("motion", along.as_slice()),
         };
-        let ends = [0.0, 0.5, 1.0].map(|load| amplitude.evaluate(load).0);
+        let ends = [0.0, 0.5, 1.0].map(|load| amplitude.value(load));
         match own.iter().chain(&ends).find(|value| !value.is_finite()) {
             Some(value) => {
                 let what = format!("{contact}: {what} of the rigid surface");
@@ -209,7 +212,7 @@ impl Obstacle {
     pub(crate) fn stay(&mut self) {
         self.turning.iter_mut().for_each(Turning::stay);
         let Some(Drive { along, force, amplitude }) = &mut self.drive else { return };
-        let value = amplitude.evaluate(1.0).0;
+        let value = amplitude.value(1.0);
         if force.is_some() {
             *amplitude = Amplitude::level(value);
         } else {

@@ -49,7 +49,7 @@ impl Turning {
 
     /// Stays as it is at load factor 1.
     pub(crate) fn stay(&mut self) {
-        let value = self.amplitude.evaluate(1.0).0;
+        let value = self.amplitude.value(1.0);
         if self.free {
             self.amplitude = Amplitude::level(value);
         } else {
@@ -69,7 +69,7 @@ impl Turning {
                 "give a finite vector of some length"
             )
         );
-        let ends = [0.0, 0.5, 1.0].map(|load| self.amplitude.evaluate(load).0);
+        let ends = [0.0, 0.5, 1.0].map(|load| self.amplitude.value(load));
         let all = ends.into_iter().chain([self.amount]).chain(self.about.iter().chain(self.spin.iter()).copied());
         match all.into_iter().find(|value| !value.is_finite()) {
             Some(value) => {

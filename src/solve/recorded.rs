@@ -43,7 +43,7 @@ impl Continuation<'_, '_> {
         equations.violation(&state.displacement, state.load, &mut left);
         let sums = equations.equations().iter().map(|equation| {
             let sum: f64 = equation.entries.summed(|&(k, c)| (c * state.displacement[k]).abs());
-            sum.max((equation.target * equation.amplitude.evaluate(state.load).0).abs())
+            sum.max((equation.target * equation.amplitude.value(state.load)).abs())
         });
         let violation = norm(&left) / norm(&sums.collect::<Vec<_>>()).max(f64::MIN_POSITIVE);
         if !(violation <= BALANCED) {

@@ -124,8 +124,9 @@ impl Amplitude {
             Amplitude::Ramp => (load, 1.0),
             Amplitude::Constant => (1.0, 0.0),
             Amplitude::Function(function) => {
-                let slope = (function(load + DIFFERENCE) - function(load - DIFFERENCE)) / (2.0 * DIFFERENCE);
-                (function(load), slope)
+                // Load factors that a run does not come to are not asked for: a function need not be defined there.
+                let [low, high] = [(load - DIFFERENCE).max(load.min(0.0)), (load + DIFFERENCE).min(load.max(1.0))];
+                (function(load), (function(high) - function(low)) / (high - low))
             }
             Amplitude::Table(pairs) => {
                 let next = pairs.partition_point(|p| p.0 < load);

@@ -44,7 +44,7 @@ impl<const D: usize> Body<D> {
         match self.memory(view.condensed).split_first() {
             None => Recall { elapsed: 0.0, points: &self.rest, stride: 0, each, of_volume },
             Some((then, points)) => {
-                let elapsed = self.clock.as_ref().map_or(0.0, |clock| clock.evaluate(view.load).0 - then);
+                let elapsed = self.clock.as_ref().map_or(0.0, |clock| clock.value(view.load) - then);
                 Recall { elapsed: elapsed.max(0.0), points, stride: each + of_volume, each, of_volume }
             }
         }
@@ -57,7 +57,7 @@ impl<const D: usize> Body<D> {
 
     /// Time at a load factor; 0 without a clock.
     pub(crate) fn time(&self, load: f64) -> f64 {
-        self.clock.as_ref().map_or(0.0, |clock| clock.evaluate(load).0)
+        self.clock.as_ref().map_or(0.0, |clock| clock.value(load))
     }
 
     /// Numbers that it remembers.

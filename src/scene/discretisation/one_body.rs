@@ -112,7 +112,7 @@ pub(crate) fn clocked<const D: usize>(scene: &Scene<D>, body: Body<D>) -> Result
     let Some(clock) = &scene.clock else { return Ok(body) };
     clock.validate(|| "the clock of the scene".into())?;
     const LOOKS: usize = 64;
-    let times = (0..=LOOKS).map(|k| clock.evaluate(k as f64 / LOOKS as f64).0);
+    let times = (0..=LOOKS).map(|k| clock.value(k as f64 / LOOKS as f64));
     let times: Vec<f64> = match clock {
         Amplitude::Table(pairs) => pairs.mapped(|p| p.1),
         _ => times.collect(),

@@ -101,7 +101,7 @@ fn begin_at(equations: &mut Constraints, displacement: &[f64]) {
     equations.violation(displacement, 0.0, &mut off);
     for (equation, off) in equations.equations_mut().zip(off) {
         let (target, amplitude) = (equation.target, equation.amplitude.clone());
-        let value = move |load: f64| target * amplitude.evaluate(load).0 - off * (1.0 - load);
+        let value = move |load: f64| target * amplitude.value(load) - off * (1.0 - load);
         equation.amplitude = match &equation.amplitude {
             // Straight lines stay straight.
             Amplitude::Ramp | Amplitude::Constant => Amplitude::Table(vec![(0.0, value(0.0)), (1.0, value(1.0))]),

@@ -7,7 +7,7 @@ use crate::term::Amplitude;
 
 /// A scene whose conditions, loads and surfaces stay as they are at load factor 1, and whose clock stands at a time.
 pub(super) fn held<const D: usize>(mut scene: Scene<D>, time: f64) -> Scene<D> {
-    let hold = |amplitude: &mut Amplitude| *amplitude = Amplitude::level(amplitude.evaluate(1.0).0);
+    let hold = |amplitude: &mut Amplitude| *amplitude = Amplitude::level(amplitude.value(1.0));
     scene.conditions.iter_mut().for_each(|condition| hold(&mut condition.amplitude));
     for load in &mut scene.loads {
         match &load.kind {

@@ -82,7 +82,7 @@ pub(crate) fn fixed_inside<const D: usize>(problem: &Problem<D>) -> Vec<FixedIns
         let sum: f64 = equation.entries.iter().map(|entry| entry.1).sum();
         // Equations of one component: the value that they give to their own particle.
         if sum.abs() > 0.5 * equation.measure() {
-            displacement[equation.dependent] = equation.target * equation.amplitude.evaluate(1.0).0 / sum;
+            displacement[equation.dependent] = equation.target * equation.amplitude.value(1.0) / sum;
         }
     }
     let mut found = Vec::new();
