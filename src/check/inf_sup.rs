@@ -41,7 +41,7 @@ pub struct InfSup {
 /// scheme runs in displacement form, and that is what is certified).
 ///
 /// # Errors
-/// As [`Scene::discretize`]; beyond 3000 pressures or unknowns of one
+/// As [`Scene::discretize`]; for several bodies; beyond 3000 pressures or unknowns of one
 /// component; where conditions leave no displacement or the rule has spurious modes of its own.
 ///
 /// ```
@@ -59,7 +59,7 @@ pub fn inf_sup<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<InfS
 }
 
 fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<InfSup, Error> {
-    let problem = scene.without_conditions().hold(Part::Whole).discretize(scheme)?;
+    let problem = scene.alone("check::inf_sup")?.hold(Part::Whole).discretize(scheme)?;
     let nodes = problem.cells().positions().len();
     check_size("particles of the inf-sup test", nodes)?;
     let table = problem.body().table();

@@ -55,7 +55,7 @@ pub fn patch_test<const D: usize>(
 /// [`patch_test`] of a scene's body, for bodies that are no image of a cube; its conditions and loads are left out.
 ///
 /// # Errors
-/// As [`patch_test`].
+/// As [`patch_test`], and for several bodies.
 ///
 /// ```
 /// use rkpm::check::patch_test_of;
@@ -73,7 +73,7 @@ pub fn patch_test_of<const D: usize>(
     scheme: &Scheme,
 ) -> Result<PatchTest, Error> {
     check_gradient(gradient, scene.kinematics.hoop_components())?;
-    let mut scene = scene.without_conditions();
+    let mut scene = scene.alone("check::patch_test_of")?;
     for component in 0..D {
         let row = gradient.row(component).into_owned();
         scene = scene.prescribe(Part::Whole, component, Value::field(move |x: &Point<D>| (row * x)[0]));

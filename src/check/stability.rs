@@ -50,7 +50,7 @@ pub struct Stability {
 /// displacement form, whatever the scheme's pressures. Conditions and loads of the scene are left out.
 ///
 /// # Errors
-/// As [`Scene::discretize`]; beyond 3000 unknowns; for a material that is
+/// As [`Scene::discretize`]; for several bodies; beyond 3000 unknowns; for a material that is
 /// not stable at rest.
 ///
 /// ```
@@ -67,7 +67,7 @@ pub fn spurious_modes<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Resu
 }
 
 fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Stability, Error> {
-    let problem = scene.without_conditions().discretize(scheme)?;
+    let problem = scene.alone("check::spurious_modes")?.discretize(scheme)?;
     let positions = problem.cells().positions();
     let unknowns = positions.len() * D;
     check_size("unknowns of the test for spurious modes", unknowns)?;

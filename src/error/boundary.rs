@@ -102,9 +102,10 @@ pub enum BoundaryError {
         /// The name.
         name: String,
     },
-    /// A condition has the name of a part on which another one is.
+    /// A condition has the name of a rigid body, or of a part on which another condition is.
     #[error(
-        "the condition on {place} has the name of the part {name}, on which another condition is: give it another name"
+        "the condition on {place} has the name of the part {name} with another condition, or of a rigid body: results are found by that \
+         name; give it another one"
     )]
     NameOfPart {
         /// The name.
@@ -174,7 +175,9 @@ pub enum BoundaryError {
         load: f64,
     },
     /// A selection holds nothing.
-    #[error("{what} selects no particle: the nearest one is at X = {nearest:?}")]
+    #[error(
+        "{what} selects no particle: the nearest one is at X = {nearest:?}; let the selection include it, or name another part"
+    )]
     Empty {
         /// The selection.
         what: String,

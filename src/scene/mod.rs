@@ -36,7 +36,7 @@ pub use definition::scheme_choices::{
     ApproximationChoice, ConstraintKind, ConstraintMethod, Dilation, Partition, PressureScheme, Resolution, Rule,
     SolverChoice,
 };
-pub(crate) use definition::source::{BodyCells, BodyOf, Source};
+pub(crate) use definition::source::{BodyCells, BodyOf, Own, Source};
 pub use definition::value::Value;
 pub(crate) use discretisation::approximation::kernel_functions;
 pub use discretisation::cover::Certificate;

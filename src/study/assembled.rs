@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::error::Error;
 use crate::mesh::Mesh;
-use crate::scene::{BodyOf, Scene, Scheme, Source};
+use crate::scene::{BodyOf, Own, Scene, Scheme, Source};
 
 use super::sides::Sides;
 use super::strategy::{Found, Model, Next, Strategy, finer};
@@ -32,7 +32,7 @@ impl<'a, const D: usize> Assembled<'a, D> {
     pub(crate) fn new(scene: &'a Scene<D>, scheme: &Scheme) -> Result<Self, Error> {
         let refinable = |body: &BodyOf<D>| match &body.source {
             Source::Mesh(mesh) => Ok(Refinable::Mesh(vec![mesh.clone()])),
-            source => Ok(Refinable::Sides(Sides::of_body(source, &body.scheme_under(scheme))?)),
+            source => Ok(Refinable::Sides(Sides::of_body(source, &scene.scheme_under(&body.name, scheme))?)),
         };
         let bodies = scene.bodies.iter().map(refinable).collect::<Result<Vec<_>, Error>>()?;
         let halves = bodies.iter().any(|body| matches!(body, Refinable::Mesh(_)));
@@ -56,7 +56,7 @@ impl<'a, const D: usize> Assembled<'a, D> {
 
     fn model(&self) -> Model<D> {
         let mut scene = self.scene.clone();
-        let mut particles = 0;
+        let (mut particles, mut schemes) = (0, Vec::new());
         for (body, refinable) in scene.bodies.iter_mut().zip(&self.bodies) {
             match refinable {
                 Refinable::Mesh(meshes) => {
@@ -67,14 +67,13 @@ impl<'a, const D: usize> Assembled<'a, D> {
                 Refinable::Sides(sides) => {
                     let counts = sides.counts(self.fineness);
                     particles += counts.iter().product::<usize>();
-                    let (sides, own) = (*sides, body.scheme.take());
-                    body.scheme = Some(Arc::new(move |scheme: Scheme| {
-                        let scheme = own.as_ref().map_or(scheme.clone(), |own| own(scheme));
-                        sides.scheme(&scheme, &counts)
-                    }));
+                    let (sides, name, before) = (*sides, body.name.clone(), self.scene.clone());
+                    let finer = move |scheme: Scheme| sides.scheme(&before.scheme_under(&name, &scheme), &counts);
+                    schemes.push((body.name.clone(), Arc::new(finer) as Own));
                 }
             }
         }
+        scene.schemes.append(&mut schemes);
         Model { scene, scheme: self.scheme.clone(), counts: vec![particles], spacing: 1.0 / self.fineness }
     }
 

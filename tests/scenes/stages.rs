@@ -337,3 +337,24 @@ fn no_stage_follows_a_state_that_is_no_answer() {
         assert_eq!(paths.last().unwrap().path.clone().completed().is_ok(), stages == 2);
     }
 }
+
+/// Bodies that touched are not glued together in a stage without their contact.
+#[test]
+fn a_contact_that_is_taken_away_leaves_no_bond() {
+    let pair = Scene::assembly(PlaneStrain)
+        .body("lower", Block::new([0.0, 0.0], [2.0, 1.0]), rubber())
+        .body("upper", Block::new([0.0, 1.0], [2.0, 2.0]), rubber())
+        .hold(Place::on((1, Side::Min)).of("lower"))
+        .contact_between(Place::on((1, Side::Max)).of("lower"), Place::on((1, Side::Min)).of("upper"), "joint")
+        .with(Condition::on(Place::on((1, Side::Max)).of("upper")).displacement([0.0, -0.1]).named("press"));
+    let lift = |scene: Scene<2>| {
+        let up = Condition::on(Place::on((1, Side::Max)).of("upper")).displacement([0.0, 0.3]).named("lift");
+        scene.without("joint").without("press").with(up)
+    };
+    let paths = Stages::new("press", pair).then("lift", lift).run(&scheme()).unwrap();
+    let last = &paths[1];
+    let force = |name: &str| last.problem.reaction(last.path.last(), name).unwrap();
+    assert_abs_diff_eq!(force("lift").norm(), 0.0, epsilon = 1e-8);
+    let held = last.problem.reaction(last.path.last(), Place::on((1, Side::Min)).of("lower")).unwrap();
+    assert_abs_diff_eq!(held.norm(), 0.0, epsilon = 1e-8);
+}

@@ -42,6 +42,7 @@ impl<const D: usize> Scene<D> {
         Scene {
             bodies: Vec::new(),
             unbonded: Vec::new(),
+            schemes: Vec::new(),
             kinematics: Arc::new(kinematics),
             clock: None,
             expansion: None,
@@ -53,6 +54,7 @@ impl<const D: usize> Scene<D> {
             absent: Vec::new(),
             contacts: Vec::new(),
             contact_pairs: Vec::new(),
+            released: Vec::new(),
         }
     }
 
@@ -64,18 +66,20 @@ impl<const D: usize> Scene<D> {
         material: impl Material + 'static,
     ) -> Self {
         let source = geometry.into().source;
-        self.bodies.push(BodyOf { name: name.into(), source, material: Arc::new(material), scheme: None });
+        self.bodies.push(BodyOf { name: name.into(), source, material: Arc::new(material) });
         self
     }
 
     /// Changes the scheme for a body alone: its particles, its approximation.
     pub fn scheme_of(mut self, name: &str, change: impl Fn(Scheme) -> Scheme + Send + Sync + 'static) -> Self {
-        match self.bodies.iter_mut().find(|body| body.name == name) {
-            Some(body) => body.scheme = Some(Arc::new(change)),
-            // Refused with the bodies that there are.
-            None => self.unbonded.push([name.to_string(), name.to_string()]),
-        }
+        self.schemes.push((name.to_string(), Arc::new(change)));
         self
+    }
+
+    /// The scheme of a body under that of the scene.
+    pub(crate) fn scheme_under(&self, body: &str, scheme: &Scheme) -> Scheme {
+        let own = self.schemes.iter().rev().find(|(name, _)| name == body);
+        own.map_or_else(|| scheme.clone(), |(_, change)| change(scheme.clone()))
     }
 
     /// Leaves two bodies unbonded where they touch.
@@ -113,6 +117,7 @@ impl<const D: usize> Scene<D> {
                 asked.push(name);
             }
         }
+        asked.extend(self.schemes.iter().map(|(name, _)| name.as_str()));
         for pair in &self.unbonded {
             asked.extend([&*pair[0], &*pair[1]]);
         }

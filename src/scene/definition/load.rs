@@ -139,10 +139,12 @@ impl<const D: usize> Load<D> {
     pub(crate) fn label(&self) -> String {
         use super::place::Spot;
         let kind = match (&self.kind, &self.place.spot) {
-            (LoadKind::Dead(_), Spot::Body) => return "body force".into(),
-            (LoadKind::Total(_) | LoadKind::Dead(_), Spot::Point(at)) => {
+            (LoadKind::Dead(_), Spot::Body) if self.name.is_none() => return "body force".into(),
+            (LoadKind::Dead(_), Spot::Body) => "force",
+            (LoadKind::Total(_) | LoadKind::Dead(_), Spot::Point(at)) if self.name.is_none() => {
                 return format!("point load at {:?}", at.as_slice());
             }
+            (LoadKind::Total(_) | LoadKind::Dead(_), Spot::Point(_)) => "point load",
             (LoadKind::Dead(_), _) => "traction",
             (LoadKind::Total(_), _) => "force",
             (LoadKind::Pressure(_), _) => "pressure",

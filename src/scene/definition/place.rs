@@ -25,7 +25,8 @@ type Within<const D: usize> = Arc<dyn Fn(&Point<D>) -> bool + Send + Sync>;
 #[derive(Clone)]
 pub struct Place<const D: usize> {
     pub(crate) spot: Spot<D>,
-    pub(crate) within: Option<Within<D>>,
+    /// All of them have to hold.
+    pub(crate) within: Vec<Within<D>>,
     /// The body, where there are several.
     pub(crate) of: Option<String>,
 }
@@ -41,17 +42,17 @@ pub(crate) enum Spot<const D: usize> {
 impl<const D: usize> Place<D> {
     /// A boundary part.
     pub fn on(part: impl Into<Part>) -> Self {
-        Place { spot: Spot::Part(part.into()), within: None, of: None }
+        Place { spot: Spot::Part(part.into()), within: Vec::new(), of: None }
     }
 
     /// A point of the body \[length\]; conditions act on the particle that lies there.
     pub fn at(point: impl Into<Point<D>>) -> Self {
-        Place { spot: Spot::Point(point.into()), within: None, of: None }
+        Place { spot: Spot::Point(point.into()), within: Vec::new(), of: None }
     }
 
     /// The whole body, for body forces and elastic foundations.
     pub fn body() -> Self {
-        Place { spot: Spot::Body, within: None, of: None }
+        Place { spot: Spot::Body, within: Vec::new(), of: None }
     }
 
     /// The place on one of several bodies: faces of a lattice are as many as there are bodies.
@@ -63,26 +64,20 @@ impl<const D: usize> Place<D> {
     /// The part of the place where a predicate of $X$ holds: conditions act on the facets whose middle it holds for, loads
     /// at the points of integration.
     pub fn within(mut self, holds: impl Fn(&Point<D>) -> bool + Send + Sync + 'static) -> Self {
-        self.within = Some(match self.within.take() {
-            None => Arc::new(holds),
-            Some(earlier) => Arc::new(move |x| earlier(x) && holds(x)),
-        });
+        self.within.push(Arc::new(holds));
         self
     }
 
-    /// Whether the predicate, if there is one, holds at a point.
+    /// Whether all predicates hold at a point.
     pub(crate) fn holds(&self, at: &Point<D>) -> bool {
-        self.within.as_ref().is_none_or(|within| within(at))
+        self.within.iter().all(|within| within(at))
     }
 
     /// Whether a result at this place includes what acts at another place.
     pub(crate) fn takes_in(&self, other: &Place<D>) -> bool {
         let whole = matches!((&self.spot, &other.spot), (Spot::Part(Part::Whole), Spot::Part(_)));
-        let same = match (&self.within, &other.within) {
-            (None, _) => true,
-            (Some(mine), Some(others)) => Arc::ptr_eq(mine, others),
-            _ => false,
-        };
+        // What holds within all of these predicates holds within some of them.
+        let same = self.within.iter().all(|mine| other.within.iter().any(|its| Arc::ptr_eq(mine, its)));
         let body = self.of.is_none() || self.of == other.of;
         same && body && (whole || self.spot == other.spot)
     }
@@ -90,7 +85,7 @@ impl<const D: usize> Place<D> {
 
 impl<const D: usize> fmt::Display for Place<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.spot.described().write(f, self.within.is_some(), self.of.as_deref())
+        self.spot.described().write(f, !self.within.is_empty(), self.of.as_deref())
     }
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::cells::Cells;
+use crate::error::Incompatible;
 use crate::geometry::{Domain, Part, vector};
 use crate::kinematics::Kinematics;
 use crate::material::Material;
@@ -14,7 +15,7 @@ use super::geometry::Geometry;
 use super::load::Load;
 use super::place::{Place, Spot};
 use super::resolution::edge_lengths;
-use super::source::{BodyOf, Source};
+use super::source::{BodyOf, Own, Source};
 use super::value::Value;
 
 /// The name of the first body of a scene that was made with one.
@@ -50,6 +51,8 @@ pub struct Scene<const D: usize> {
     pub(crate) bodies: Vec<BodyOf<D>>,
     /// Pairs of bodies that are not bonded where they touch.
     pub(crate) unbonded: Vec<[String; 2]>,
+    /// What the schemes of bodies change in that of the scene, by their names.
+    pub(crate) schemes: Vec<(String, Own)>,
     pub(crate) kinematics: Arc<dyn Kinematics<D>>,
     /// Time by the load factor.
     pub(crate) clock: Option<Amplitude>,
@@ -59,6 +62,8 @@ pub struct Scene<const D: usize> {
     pub(crate) loads: Vec<Load<D>>,
     pub(crate) contacts: Vec<ContactDefinition<D>>,
     pub(crate) contact_pairs: Vec<ContactPair<D>>,
+    /// Those that a later stage goes without: their faces stay unbonded.
+    pub(crate) released: Vec<ContactPair<D>>,
     pub(crate) names: Vec<(String, Place<D>)>,
     /// Rigid bodies and the parts tied to them.
     pub(crate) rigids: Vec<(String, Place<D>)>,
@@ -104,7 +109,7 @@ impl<const D: usize> Scene<D> {
         material: impl Material + 'static,
     ) -> Self {
         let source = geometry.into().source;
-        let first = BodyOf { name: FIRST.into(), source, material: Arc::new(material), scheme: None };
+        let first = BodyOf { name: FIRST.into(), source, material: Arc::new(material) };
         Scene { bodies: vec![first], ..Scene::assembly(kinematics) }
     }
 
@@ -139,22 +144,31 @@ impl<const D: usize> Scene<D> {
         scene
     }
 
-    /// The body alone: domain, kinematics and material.
-    pub(crate) fn without_conditions(&self) -> Self {
+    /// The body alone, domain, kinematics and material, for a certificate.
+    ///
+    /// # Errors
+    /// Where there are several.
+    pub(crate) fn alone(&self, certificate: &'static str) -> Result<Self, Incompatible> {
+        if self.bodies.len() > 1 {
+            let remedy = "each body has a certificate of its own: give it a scene of one body";
+            return Err(Incompatible::new(certificate, "a scene of several bodies", remedy));
+        }
         let scene = self.clone();
-        Scene {
+        Ok(Scene {
             conditions: Vec::new(),
             loads: Vec::new(),
             contacts: Vec::new(),
             contact_pairs: Vec::new(),
             rigids: Vec::new(),
             ..scene
-        }
+        })
     }
 
     /// Adds a [`Condition`] or a [`Load`].
     ///
-    /// Where conditions meet all hold: [`discretize`](Scene::discretize) refuses those that differ.
+    /// Several conditions at one place must all be satisfied: contradictory ones are an error of [`discretize`](Scene::discretize). At a
+    /// common edge of two faces the values of the face whose normal is nearest hold, and [`check::scene`](crate::check::scene)
+    /// reports the others.
     pub fn with(mut self, action: impl Into<Action<D>>) -> Self {
         match action.into() {
             Action::Condition(condition) => self.conditions.push(condition),
@@ -163,7 +177,8 @@ impl<const D: usize> Scene<D> {
         self
     }
 
-    /// The same without the conditions, loads and contacts of a name, for a later stage of [`Stages`](super::super::Stages).
+    /// The same without the conditions, loads and contacts of a name, for a later stage of [`Stages`](super::super::Stages). Faces of two
+    /// bodies that touched in such a contact do not become bonded.
     pub fn without(mut self, name: &str) -> Self {
         let count = |scene: &Self| {
             scene.conditions.len() + scene.loads.len() + scene.contacts.len() + scene.contact_pairs.len()
@@ -172,7 +187,9 @@ impl<const D: usize> Scene<D> {
         self.conditions.retain(|condition| condition.name.as_deref() != Some(name));
         self.loads.retain(|load| load.name.as_deref() != Some(name));
         self.contacts.retain(|contact| contact.surface.name != name);
-        self.contact_pairs.retain(|pair| pair.name != name);
+        let (gone, kept): (Vec<_>, Vec<_>) = self.contact_pairs.into_iter().partition(|pair| pair.name == name);
+        self.contact_pairs = kept;
+        self.released.extend(gone);
         if count(&self) == before {
             // Refused with the names that there are.
             self.absent.push(name.to_string());
@@ -304,11 +321,6 @@ pub(crate) fn resolve<const D: usize>(names: &[(String, Place<D>)], place: &Plac
     if place.of.is_some() {
         named.of = place.of.clone();
     }
-    match &place.within {
-        None => named,
-        Some(within) => {
-            let within = within.clone();
-            named.within(move |x| within(x))
-        }
-    }
+    named.within.extend_from_slice(&place.within);
+    named
 }

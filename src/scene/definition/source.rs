@@ -28,15 +28,6 @@ pub(crate) struct BodyOf<const D: usize> {
     pub name: String,
     pub source: Source<D>,
     pub material: Arc<dyn Material>,
-    /// What its scheme changes in that of the scene.
-    pub scheme: Option<Own>,
-}
-
-impl<const D: usize> BodyOf<D> {
-    /// The scheme of the body under that of the scene.
-    pub(crate) fn scheme_under(&self, scheme: &Scheme) -> Scheme {
-        self.scheme.as_ref().map_or_else(|| scheme.clone(), |own| own(scheme.clone()))
-    }
 }
 
 /// The scheme of each body with its particles and the cells between them.

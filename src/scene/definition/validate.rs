@@ -53,6 +53,15 @@ impl<const D: usize> Scene<D> {
                 prescribed(D, condition.label(direction), component, value)?;
             }
         }
+        if let Some(Value::Motion(_)) = self.expansion {
+            let remedy = "it acts in full from the first step on: give a number or Value::field; an expansion in steps is a run for each";
+            return Err(Incompatible::new(
+                "an expansion that changes with the load factor",
+                "Scene::with_expansion",
+                remedy,
+            )
+            .into());
+        }
         let loads = self.loads.mapped(load_data);
         loads.iter().try_for_each(|load| load.validate(D))?;
         parts_of_rigid_bodies(self)?;
@@ -175,14 +184,17 @@ fn check_names<const D: usize>(scene: &Scene<D>) -> Result<(), BoundaryError> {
     Ok(())
 }
 
-/// Refuses the name of a part for a condition elsewhere, where another condition is on that part: results are asked for by either.
+/// Refuses the name of a part for a condition elsewhere, where another condition is on that part, and the name of a rigid body: results
+/// are asked for by either.
 fn tell_apart<const D: usize>(scene: &Scene<D>) -> Result<(), BoundaryError> {
-    let is_on = |place: &Place<D>, part: &str| matches!(&place.spot, Spot::Part(Part::Named(name)) if name == part);
+    let rigid = scene.rigid_names();
     for condition in &scene.conditions {
-        let Some(name) = condition.name.as_ref().filter(|name| !is_on(&condition.place, name)) else { continue };
-        let hidden = |other: &&Condition<D>| other.name.as_ref() != Some(name) && is_on(&other.place, name);
+        let Some(name) = &condition.name else { continue };
+        let part = scene.resolve(&Place::from(name.as_str()));
+        let is_there = |other: &Condition<D>| part.takes_in(&scene.resolve(&other.place));
+        let hidden = |other: &Condition<D>| other.name.as_ref() != Some(name) && is_there(other);
         ensure!(
-            !scene.conditions.iter().any(|other| hidden(&other)),
+            !rigid.contains(&name.as_str()) && (is_there(condition) || !scene.conditions.iter().any(hidden)),
             BoundaryError::NameOfPart { name: name.clone(), place: condition.place.to_string() }
         );
     }
@@ -239,7 +251,7 @@ fn sizes(bodies: &[(&str, &dyn Material)], loads: &[LoadData<'_>]) -> Result<(),
 fn parts_of_rigid_bodies<const D: usize>(scene: &Scene<D>) -> Result<(), Incompatible> {
     for place in scene.acting() {
         ensure!(
-            place.within.is_none() || scene.rigid_at(place).is_none(),
+            place.within.is_empty() || scene.rigid_at(place).is_none(),
             Incompatible::new(
                 format!("{place}"),
                 "a rigid body",
@@ -288,7 +300,7 @@ fn amplitude(amplitude: &Amplitude, label: &str) -> Result<(), BoundaryError> {
 /// Refuses an amplitude that is no number at load factors of a run.
 fn is_finite(amplitude: &Amplitude, label: &str) -> Result<(), BoundaryError> {
     for load in LOOKED_AT {
-        let value = amplitude.evaluate(load).0;
+        let value = amplitude.value(load);
         ensure!(value.is_finite(), BoundaryError::Value { what: format!("amplitude of {label}"), value, load });
     }
     Ok(())

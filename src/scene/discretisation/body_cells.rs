@@ -23,7 +23,7 @@ impl<const D: usize> Scene<D> {
 
 /// The particles of each body under its own scheme and the cells between them.
 pub(crate) fn all_cells<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<BodyCells<D>, Error> {
-    let schemes: Vec<Scheme> = scene.bodies.mapped(|body| body.scheme_under(scheme));
+    let schemes: Vec<Scheme> = scene.bodies.mapped(|body| scene.scheme_under(&body.name, scheme));
     unused::refuse(scene, scheme, &schemes)?;
     let mut all = Vec::new();
     for (body, scheme) in scene.bodies.iter().zip(schemes) {

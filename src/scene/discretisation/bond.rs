@@ -100,7 +100,7 @@ fn bondable<const D: usize>(
         discrete_bodies[body].cells.boundary(part, rule.parts, rule.gauss)
     };
     let mut boundaries = [boundary(pair[0], &Part::Whole)?, boundary(pair[1], &Part::Whole)?];
-    for contact in &scene.contact_pairs {
+    for contact in scene.contact_pairs.iter().chain(&scene.released) {
         let Some(second) = &contact.second else { continue };
         let sides = [scene.touching(&contact.first, all)?, scene.touching(second, all)?];
         let [a, b] = sides.each_ref().map(|side| side.0);

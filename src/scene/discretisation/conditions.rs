@@ -52,7 +52,7 @@ pub(crate) fn singles<'a, const D: usize>(
         let prescribed = match value {
             Value::Motion(motion) => {
                 let (motion, amplitude) = (motion.clone(), amplitude.clone());
-                moved(Arc::new(move |x: &Point<D>, load: f64| motion(x, amplitude.evaluate(load).0)))
+                moved(Arc::new(move |x: &Point<D>, load: f64| motion(x, amplitude.value(load))))
             }
             value => scaled(|x| value.at(x, 1.0), amplitude),
         };
@@ -209,7 +209,7 @@ fn stays_off_axis<const D: usize>(
         let at = &cells.positions()[node];
         let (target, amplitude) = (single.what.value)(vec![(padded(at), 1.0)]);
         for load in [1.0, 0.75, 0.5, 0.25].into_iter().chain(single.amplitude.break_points()) {
-            let radius = at[0] + target * amplitude.evaluate(load).0;
+            let radius = at[0] + target * amplitude.value(load);
             // Points on the axis stay there: moved off it, they would be circles that were points.
             if radius < 0.0 || (radius == 0.0) != (at[0] == 0.0) {
                 return Err(BoundaryError::BeyondAxis {
@@ -251,7 +251,7 @@ impl<const D: usize> Conditioned<'_, D> {
         stays_off_axis(self.scene, &single, self.cells, &particles)?;
         let pieces = self.pieces(&single, part, facets, None)?;
         ensure!(
-            single.place.within.is_none() || !pieces.iter().all(|piece| piece.traces.is_empty()),
+            single.place.within.is_empty() || !pieces.iter().all(|piece| piece.traces.is_empty()),
             empty(self.cells, part, &single.what.label)?
         );
         let pieces = shared(pieces, last);
@@ -274,7 +274,7 @@ impl<const D: usize> Conditioned<'_, D> {
         let facing = |x: &Point<D>, normal: &Point<D>| {
             single.direction.unit(&single.what.label, x, normal).map_or(0.0, |e| e.dot(normal).abs())
         };
-        let within = single.place.within.is_some().then_some(&holds as _);
+        let within = (!single.place.within.is_empty()).then_some(&holds as _);
         let choice = TraceChoice { within, facing: Some(&facing), without };
         let pieces = self.cells.boundary_pieces_for(part, facets.parts, facets.gauss, &choice)?;
         Ok(pieces.mapped(BoundaryCells::padded))
@@ -327,7 +327,7 @@ impl<const D: usize> Conditioned<'_, D> {
         if !matches!(place.spot, Spot::Point(_)) {
             nodes.retain(|&node| place.holds(&cells.positions()[node]));
         }
-        if let (Spot::Part(part), true, Some(_)) = (&place.spot, nodes.is_empty(), &place.within) {
+        if let (Spot::Part(part), true, false) = (&place.spot, nodes.is_empty(), place.within.is_empty()) {
             return Err(empty(cells, part, &single.what.label)?.into());
         }
         stays_off_axis(self.scene, single, cells, &nodes)?;

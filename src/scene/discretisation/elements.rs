@@ -57,7 +57,7 @@ pub(crate) fn elements<const D: usize>(
     let body = sharing.agreed(body())?;
     let tables = Tables {
         boundary: &|part, place| {
-            let points = elements.boundary(part, points * if place.within.is_some() { FINER } else { 1 })?;
+            let points = elements.boundary(part, points * if place.within.is_empty() { 1 } else { FINER })?;
             let points = sharing.element_points(points.retained(|x| place.holds(x)));
             ShapeTable::of_elements(&elements, &points, kinematics)
         },

@@ -37,6 +37,6 @@ pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, all: &BodyCells<D>) -> Re
 /// The bodies that contacts with an interference press into each other. Places that do not exist are refused with the contacts.
 fn fits<const D: usize>(scene: &Scene<D>, all: &BodyCells<D>) -> Vec<[usize; 2]> {
     let body = |place: &Place<D>| scene.touching(place, all).ok().map(|found| found.0);
-    let pairs = scene.contact_pairs.iter().filter(|pair| pair.interference.is_some());
+    let pairs = scene.contact_pairs.iter().chain(&scene.released).filter(|pair| pair.interference.is_some());
     pairs.filter_map(|pair| Some([body(&pair.first)?, body(pair.second.as_ref()?)?])).collect()
 }

@@ -51,7 +51,7 @@ pub(crate) fn particles<const D: usize>(
     let tables = Tables {
         boundary: &|part, place| {
             // Where a load ends within a facet, finer ones see it.
-            let parts = facets.parts * if place.within.is_some() { FINER } else { 1 };
+            let parts = facets.parts * if place.within.is_empty() { 1 } else { FINER };
             let points = cells.boundary_points(part, parts, facets.gauss)?;
             let points = sharing.points(points.retained(|x| place.holds(x)));
             ShapeTable::new(&approximation, &points, kinematics)

@@ -15,7 +15,7 @@ impl<const D: usize> Scene<D> {
     /// The volumes of a mesh that are rigid bodies: groups of cells that no faces have the name of.
     pub(crate) fn rigid_volumes<'a>(&'a self, mesh: &Mesh<D>) -> Vec<&'a str> {
         let named = self.rigids.iter().filter_map(|(_, place)| match &place.spot {
-            Spot::Part(Part::Named(name)) if place.within.is_none() => Some(name.as_str()),
+            Spot::Part(Part::Named(name)) if place.within.is_empty() => Some(name.as_str()),
             _ => None,
         });
         let mut volumes: Vec<&str> = named.filter(|name| mesh.is_volume(name)).collect();
@@ -114,7 +114,8 @@ pub(crate) fn frames<const D: usize>(
 /// Refuses rigid bodies where nodes are free that neither contacts nor springs may hold.
 pub(crate) fn held<const D: usize>(scene: &Scene<D>, frames: &[RigidFrame], free: &[u32]) -> Result<(), Error> {
     let springs = |load: &Load<D>| matches!(load.kind, LoadKind::Integrand(_) | LoadKind::Pressure(_));
-    let Some(frame) = frames.first() else { return Ok(()) };
+    let is_free = |frame: &&RigidFrame| free.iter().any(|&node| frame.nodes().contains(&(node as usize)));
+    let Some(frame) = frames.iter().find(is_free).or(frames.first()) else { return Ok(()) };
     if free.is_empty() || scene.has_contact() || scene.loads.iter().any(springs) {
         return Ok(());
     }

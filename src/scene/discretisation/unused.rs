@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::cells::{Layout, Scatter};
 use crate::error::Incompatible;
 
-use crate::scene::{ApproximationChoice, BodyOf, Dilation, Partition, Scene, Scheme, Source};
+use crate::scene::{ApproximationChoice, BodyOf, Dilation, Partition, PressureScheme, Scene, Scheme, Source};
 
 /// A setting, whether a scheme has it otherwise than another one, and which bodies follow it.
 struct Setting<const D: usize> {
@@ -19,8 +19,9 @@ struct Setting<const D: usize> {
     remedy: &'static str,
 }
 
-fn settings<const D: usize>() -> [Setting<D>; 7] {
+fn settings<const D: usize>() -> [Setting<D>; 9] {
     let scattered: fn(&Source<D>, &Scheme) -> bool = |source, _| matches!(source, Source::Scattered(_));
+    let planar: fn(&Source<D>, &Scheme) -> bool = |source, _| D == 2 && matches!(source, Source::Scattered(_));
     let of_particles: fn(&Source<D>, &Scheme) -> bool =
         |_, scheme| scheme.approximation == ApproximationChoice::Particles;
     [
@@ -63,7 +64,7 @@ fn settings<const D: usize>() -> [Setting<D>; 7] {
             name: "Scheme::seed or Scheme::scatter",
             differs: |a, b| a.scatter != b.scatter,
             left_out: false,
-            follows: scattered,
+            follows: planar,
             with: None,
             remedy: "only planar regions have scattered particles; Layout::Jittered has a seed of its own",
         },
@@ -71,7 +72,7 @@ fn settings<const D: usize>() -> [Setting<D>; 7] {
             name: "Scheme::partition",
             differs: |a, b| a.partition != b.partition,
             left_out: false,
-            follows: scattered,
+            follows: planar,
             with: None,
             remedy: "only planar regions have a choice of cells",
         },
@@ -83,7 +84,36 @@ fn settings<const D: usize>() -> [Setting<D>; 7] {
             with: Some("finite elements"),
             remedy: "finite elements have no supports: leave it out, or take ApproximationChoice::Particles",
         },
+        Setting {
+            name: "Scheme::pressure_field with zones of several elements",
+            differs: |a, b| zone(a) != zone(b),
+            left_out: false,
+            follows: |_, scheme| scheme.approximation == ApproximationChoice::Particles || zone(scheme) <= 1,
+            with: Some("finite elements"),
+            remedy: "a zone of finite elements is one element: give the size 1",
+        },
+        Setting {
+            name: "Scheme::newton, stepping, constraint_method or solver",
+            // A scheme that replaces that of the scene has what is not set.
+            differs: |own, of| {
+                // As text: numbers that are none are refused elsewhere.
+                let solution =
+                    |scheme: &Scheme| format!("{:?}", (scheme.newton, scheme.stepping, scheme.constraint_method));
+                let same = |solver| of.solver.as_ref().is_some_and(|other| Arc::ptr_eq(solver, other));
+                solution(own) != solution(of) && solution(own) != solution(&Scheme::default())
+                    || own.solver.as_ref().is_some_and(|solver| !same(solver))
+            },
+            left_out: false,
+            follows: |_, _| false,
+            with: Some("the scheme of one body"),
+            remedy: "all bodies are solved together: give it in the scheme of the scene",
+        },
     ]
+}
+
+/// Cells per direction of a zone of pressure.
+fn zone(scheme: &Scheme) -> usize {
+    if let PressureScheme::Field { size, .. } = scheme.pressure { size } else { 1 }
 }
 
 fn same_layout(a: &Layout, b: &Layout) -> bool {
@@ -108,6 +138,7 @@ fn plain(scheme: &Scheme) -> Scheme {
         partition: Partition::default(),
         dilation: Dilation::Auto,
         rcond_limit: None,
+        pressure: PressureScheme::Auto,
         ..scheme.clone()
     }
 }
@@ -127,6 +158,7 @@ pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, scheme: &Scheme, own: &[S
             let source = match &body.source {
                 Source::Domain(_) => "a block or mapped block",
                 Source::Cells(_) => "given cells",
+                Source::Scattered(_) if D == 3 => "a solid",
                 Source::Scattered(_) => "a planar region",
                 Source::Mesh(_) => "a mesh",
             };

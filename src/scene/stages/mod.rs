@@ -123,15 +123,17 @@ impl<const D: usize> Stages<D> {
         mut solve: impl FnMut(&str, &super::Problem<D>, EquilibriumPath) -> Result<EquilibriumPath, Error>,
     ) -> Result<Vec<StagePath<D>>, Error> {
         self.check_names()?;
+        if given.len() > self.stages.len() {
+            let (what, given, needed) = ("paths of stages", given.len(), self.stages.len());
+            return Err(SolveError::OtherModel { what, given, needed }.into());
+        }
         let mut scene = self.scene.clone();
         let mut given = given.into_iter();
         let mut done: Vec<StagePath<D>> = Vec::with_capacity(self.stages.len());
         for stage in &self.stages {
             scene = (stage.change)(scene);
-            let mut problem = scene.discretize(scheme)?;
-            if let Some(stepping) = stage.stepping {
-                problem.analysis_mut().stepping = stepping;
-            }
+            let own = stage.stepping.map(|stepping| scheme.clone().stepping(stepping));
+            let mut problem = scene.discretize(own.as_ref().unwrap_or(scheme))?;
             let start = match done.last() {
                 None => problem.at_rest(),
                 Some(before) => carry::start(&before.problem, before.path.last(), &mut problem)?,
