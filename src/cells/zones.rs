@@ -84,14 +84,15 @@ impl Zones {
     /// cells in each share as the sizes of zones allow. Rules and smoothings over a share leave the other cells out.
     pub fn share(&self, part: usize, parts: usize, key: impl Fn(u32) -> u64) -> Self {
         let mut order: Vec<usize> = (0..self.offsets.len().saturating_sub(1)).collect();
-        let first = |zone: usize| self.cells.get(self.offsets[zone]).map_or(0, |&cell| key(cell));
+        let of = |zone: usize| self.cells.get(self.offsets[zone]..self.offsets[zone + 1]).unwrap_or_default();
+        let first = |zone: usize| of(zone).first().map_or(0, |&cell| key(cell));
         let keys: Vec<u64> = order.mapped(|&zone| first(zone));
         crate::order::sort(&mut order, &|&a, &b| keys[a].cmp(&keys[b]));
         let (total, parts) = (self.cells.len() as u128, parts.max(1) as u128);
         let mut share = Zones { cells: Vec::new(), offsets: vec![0], partial: true };
         let mut before = 0u128;
         for zone in order {
-            let cells = &self.cells[self.offsets[zone]..self.offsets[zone + 1]];
+            let cells = of(zone);
             // The middle of the zone tells whose it is.
             let owner = (2 * before + cells.len() as u128) * parts / (2 * total).max(1);
             if owner.min(parts - 1) == part as u128 {

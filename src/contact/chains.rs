@@ -3,8 +3,8 @@
 use super::contact_surface::Trace;
 
 /// The places of trace functions along a boundary curve, chain by chain: neighbours share facet points, or the particle of a corner.
-/// Chains begin at their ends, closed ones at the trace function that was made first.
-pub(crate) fn chains(traces: &[Trace]) -> Vec<Vec<usize>> {
+/// Chains begin at their ends, closed ones, told by `true`, at the trace function that was made first.
+pub(crate) fn chains(traces: &[Trace]) -> Vec<(Vec<usize>, bool)> {
     let most =
         traces.iter().flat_map(|trace| trace.points.iter().map(|point| point.0)).max().map_or(0, |p| p as usize + 1);
     let mut at_point: Vec<Option<usize>> = vec![None; most];
@@ -42,7 +42,8 @@ pub(crate) fn chains(traces: &[Trace]) -> Vec<Vec<usize>> {
             chain.push(next);
             now = next;
         }
-        chains.push(chain);
+        let closed = chain.len() > 2 && beside[now].contains(&start);
+        chains.push((chain, closed));
     }
     chains
 }

@@ -149,6 +149,9 @@ pub(super) fn root(guess: f64, of: impl Fn(f64) -> (f64, f64)) -> Option<f64> {
         x = x.sqrt();
         (value, slope) = of(x);
     }
+    if !value.is_finite() {
+        return None;
+    }
     for _ in 0..ITERATIONS {
         // Quadratic convergence: what a step of this size would leave is beneath rounding.
         if value == 0.0 || slope > 0.0 && (value / (slope * x)).abs() <= 1e-14 {

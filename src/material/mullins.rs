@@ -50,7 +50,7 @@ impl<M: Material> Mullins<M> {
     /// $z = (\bar W_m - \bar W)/(m + \beta\bar W_m)$ and its denominator; nothing on the way to a new $\bar W_m$.
     fn softened(&self, energy: f64, largest: f64) -> Option<[f64; 2]> {
         let scale = self.m + self.beta * largest;
-        (energy < largest).then(|| [(largest - energy) / scale, scale])
+        (energy < largest && scale > 0.0).then(|| [(largest - energy) / scale, scale])
     }
 }
 

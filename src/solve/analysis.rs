@@ -80,7 +80,7 @@ impl Analysis {
         self.check_settings(model)?;
         check_model(model, equations)?;
         check_state(model, equations, &path.start)?;
-        for step in path.steps.iter().rev().take(2) {
+        for step in path.steps.iter().rev().take(3) {
             check_state(model, equations, &step.state)?;
             let increment = step.control_state.increment;
             ensure!(

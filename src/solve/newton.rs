@@ -116,7 +116,7 @@ impl Equilibrium<'_> {
             }
             cut.check(number, applied.part, damping)?;
         }
-        Err(Cause::Iterations(settings.iterations).into())
+        Err(Cause::Iterations(number).into())
     }
 
     /// The step under a control, and the answer to a unit of the load where that is unknown.

@@ -92,7 +92,9 @@ pub fn potential<const D: usize>(problem: &Problem<D>, state: &State) -> Result<
     let mut element = Element::default();
     let mut work = 0.0;
     // The body, the first of the terms, has no forces that follow the load factor.
-    for (term, condensed) in problem.model().terms().iter().zip(&state.condensed).skip(1) {
+    // Contacts do no work: what pushes a surface is a term of its own.
+    let terms = problem.model().terms().iter().zip(&state.condensed).skip(1);
+    for (term, condensed) in terms.filter(|(term, _)| !term.layout().unilateral) {
         let stores = stored(&**term, View { displacement: &state.displacement, condensed, load: state.load }) != 0.0;
         for (s, weight) in abscissae.iter().zip(&weights) {
             let d: Vec<f64> = state.displacement.mapped(|d| s * d);

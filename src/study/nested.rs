@@ -43,6 +43,8 @@ pub(super) fn failed(counts: &[usize], error: &Error, limits: &Limits<'_>) -> Ve
         format!("{why} with the model of {particles} particles under way")
     } else if limits.exceeded {
         format!("the model of {particles} particles would take too many times the work of all before it")
+    } else if let Error::Solve(SolveError::BrokenOff { .. }) = error {
+        BROKEN_OFF.into()
     } else {
         format!("the model of {particles} particles failed: {error}")
     })

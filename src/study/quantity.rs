@@ -48,10 +48,11 @@ impl<const D: usize> Quantity<D> {
     ///
     /// ```
     /// use rkpm::study::Quantity;
-    /// let hottest = Quantity::<2>::new("largest pressure", |problem, state| {
-    ///     Ok(problem.pressures(state)?.unwrap_or_default().into_iter().fold(f64::MIN, f64::max))
+    /// let highest = Quantity::<2>::new("largest pressure", |problem, state| {
+    ///     // Mean stresses are positive in tension.
+    ///     Ok(problem.pressures(state)?.unwrap_or_default().into_iter().fold(f64::MIN, |most, p| most.max(-p)))
     /// });
-    /// assert_eq!(hottest.name(), "largest pressure");
+    /// assert_eq!(highest.name(), "largest pressure");
     /// ```
     pub fn new(
         name: impl Into<String>,
@@ -216,6 +217,8 @@ impl<const D: usize> Quantity<D> {
                     }
                 }
             }
+            // The thickness of a sheet follows from its gradient in the plane.
+            Kind::Volume if problem.discrete_bodies().iter().any(|member| member.sheet.is_some()) => return Ok(None),
             Kind::Volume => {
                 for member in problem.discrete_bodies() {
                     let (body, table) = (member.body(), member.body().table());

@@ -215,9 +215,10 @@ impl<const D: usize> WorkPrecision<D> {
         run.phases = meter.phases(discretized, seconds - discretized);
         run.particles = problem.model().node_count();
         run.unknowns = count(&meter.unknowns);
-        run.points = problem.body().table().len();
+        let tables = || problem.discrete_bodies().iter().map(|body| body.body().table());
+        run.points = tables().map(|table| table.len()).sum();
         // A value and a row index per entry.
-        run.bytes = problem.body().table().bytes() + 12 * count(&meter.entries);
+        run.bytes = tables().map(|table| table.bytes()).sum::<usize>() + 12 * count(&meter.entries);
         run.steps = path.steps.len();
         run.iterations = path.iterations;
         (run.factorizations, run.solutions) = (count(&meter.factorizations), count(&meter.solutions));

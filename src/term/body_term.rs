@@ -108,9 +108,7 @@ impl<const D: usize> Term for Body<D> {
         self.table
             .clusters()
             .points(cluster)
-            .map(|point| {
-                (jacobian(&self.deformation_gradient(point, view.displacement), self.table.hoop_components()), point)
-            })
+            .map(|point| (jacobian(&self.deformation_in(point, view), self.table.hoop_components()), point))
             .min_by(|a, b| below(a.0, b.0))
             .map(|(j, point)| (j, self.table.positions()[point].as_slice().to_vec()))
     }
@@ -120,7 +118,7 @@ impl<const D: usize> Term for Body<D> {
         let (mut volume, mut mean, mut pointwise) = (0.0, 0.0, 0.0);
         let volumetric = self.material.volumetric().filter(|_| self.functions == 0);
         for point in self.table.clusters().points(cluster) {
-            let j = self.deformation_gradient(point, view.displacement).determinant();
+            let j = self.deformation_in(point, view).determinant();
             (low, high) = (low.min(j), high.max(j));
             if let Some(volumetric) = volumetric {
                 let weight = self.table.weights()[point];

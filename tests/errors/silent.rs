@@ -8,7 +8,7 @@ use rkpm::material::{Prony, Viscoelastic};
 use rkpm::mesh::CellShape;
 use rkpm::prelude::*;
 use rkpm::scene::{Partition, SolverChoice};
-use rkpm::solve::StepControl;
+use rkpm::solve::{Newton, StepControl};
 use rkpm::term::PressureField;
 
 fn rubber() -> Rubber {
@@ -270,4 +270,110 @@ fn a_weight_of_no_test_is_refused() {
     assert!(matches!(early, Err(FitError::Unweighted { mode: "uniaxial" })), "{:?}", early.err());
     let late = TestData::new().with(Mode::Uniaxial, points).unwrap().weighted(Mode::Uniaxial, 2.0).unwrap();
     assert_eq!(late.test(Mode::Uniaxial).map(|test| test.weight), Some(2.0));
+}
+
+/// Results by a name have one meaning.
+#[test]
+fn names_of_rigid_bodies_and_of_named_places_are_no_others() {
+    let plate = block().hold((1, Side::Min)).rigid("plate", (1, Side::Max));
+    let down = |place: Place<2>| Condition::on(place).displacement([0.0, -0.1]);
+    for scene in [
+        plate.clone().with(down(Place::from("plate")).named("plate")),
+        plate.with(down(Place::on((0, Side::Max))).named("plate")),
+        block().name("low", (1, Side::Min)).hold((1, Side::Min)).with(down(Place::on((1, Side::Max))).named("low")),
+    ] {
+        let error = refusal(&scene, &Scheme::default());
+        assert!(matches!(error, Error::Boundary(BoundaryError::NameOfPart { .. })), "{error}");
+    }
+}
+
+/// A place by a name, and some of it, is the same place each time it is looked up.
+#[test]
+fn some_of_a_named_place_is_found_again() {
+    let some = Place::from("top").within(|x: &Point<2>| x[0] > 0.9);
+    let named = block().hold((1, Side::Min)).name("top", Place::on((1, Side::Max)).within(|x: &Point<2>| x[0] < 1.6));
+    let scene = named.with(Condition::on(some.clone()).displacement([0.0, -0.1]));
+    let problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
+    let force = problem.reaction(path.last(), some).unwrap()[1];
+    assert!(force < 0.0);
+    assert_eq!(force, problem.reaction(path.last(), "top").unwrap()[1]);
+    assert_eq!(force, problem.reaction(path.last(), (1, Side::Max)).unwrap()[1]);
+}
+
+#[test]
+fn settings_of_one_body_that_only_the_whole_can_have() {
+    let blocks = || {
+        Scene::assembly(PlaneStrain)
+            .scheme_of("second", |scheme| scheme.particles([7, 5]))
+            .body("first", Block::new([0.0, 0.0], [1.0, 1.0]), rubber())
+            .body("second", Block::new([1.0, 0.0], [2.0, 1.0]), rubber())
+            .hold(Place::on((1, Side::Min)).of("first"))
+    };
+    // A change that comes before its body is made all the same, and that of a body that never comes is refused.
+    let scheme = Scheme::default().particles([5, 5]);
+    let problem = blocks().discretize(&scheme).unwrap();
+    assert_eq!(problem.discrete_bodies()[1].nodes().len(), 35);
+    assert!(blocks().scheme_of("third", |scheme| scheme).discretize(&scheme).is_err());
+    // A scheme in place of that of the scene has its defaults; what it sets itself would be dropped.
+    let stepped = scheme.clone().stepping(Stepping { first: 0.5, ..Stepping::default() });
+    assert!(blocks().scheme_of("first", |_| Scheme::elements(1).particles([5, 5])).discretize(&stepped).is_ok());
+    let own = blocks().scheme_of("first", |scheme| scheme.newton(Newton { iterations: 7, ..Newton::default() }));
+    assert!(matches!(refusal(&own, &stepped), Error::Incompatible(_)));
+    let zones = Scheme::elements(2).particles([5, 5]).pressure_field(PressureField::Linear, 2);
+    assert!(matches!(refusal(&block(), &zones), Error::Incompatible(_)));
+    let growing = block().with_expansion(Value::motion(|_: &Point<2>, load| 1.0 + 0.02 * load));
+    assert!(matches!(refusal(&growing, &scheme), Error::Incompatible(_)));
+}
+
+/// A function of the load factor is asked for its values within the run alone, and may be steep at its start.
+#[test]
+fn functions_of_the_load_are_not_asked_beyond_it() {
+    let root = Amplitude::Function(std::sync::Arc::new(|load: f64| {
+        assert!((0.0..=1.0).contains(&load), "{load}");
+        load.sqrt()
+    }));
+    let pressed = |amplitude: Amplitude| {
+        let top = Load::traction((1, Side::Max), [0.0, -0.05]).amplitude(amplitude.clone());
+        let side = Condition::on((0, Side::Max)).component(0, 0.05).amplitude(amplitude);
+        block().hold((1, Side::Min)).with(top).with(side)
+    };
+    let energy = |scene: &Scene<2>| {
+        let problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
+        problem.energy(problem.run().unwrap().completed().unwrap().last()).unwrap()
+    };
+    let (found, expected) = (energy(&pressed(root)), energy(&pressed(Amplitude::Ramp)));
+    assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+}
+
+/// Beyond the stretch at which a law locks there is no state, and looking for one comes to an end.
+#[test]
+fn a_law_that_locks_has_no_state_beyond() {
+    let gent = Rubber::gent(0.4, 8.0, 1e3).unwrap();
+    assert!(rkpm::material::Mode::Uniaxial.state(&gent, 20.0).is_none());
+    let sheet = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStress { thickness: 1.0 }, gent)
+        .prescribe((1, Side::Min), 1, 0.0)
+        .prescribe((1, Side::Max), 1, 0.0)
+        .prescribe((0, Side::Min), 0, 0.0)
+        .prescribe((0, Side::Max), 0, 5.0);
+    let path = sheet.discretize(&Scheme::default().particles([4, 4])).unwrap().run().unwrap();
+    assert!(path.last().load > 0.1 && path.completed().is_err());
+}
+
+#[test]
+fn certificates_are_those_of_one_body() {
+    let both = Scene::assembly(PlaneStrain).body("first", Block::new([0.0, 0.0], [1.0, 1.0]), rubber()).body(
+        "second",
+        Block::new([1.0, 0.0], [2.0, 1.0]),
+        rubber(),
+    );
+    let scheme = Scheme::default().particles([4, 4]);
+    let gradient = rkpm::nalgebra::Matrix2::new(0.1, 0.0, 0.0, 0.0);
+    for error in [
+        rkpm::check::spurious_modes(&both, &scheme).err(),
+        rkpm::check::inf_sup(&both, &scheme).err(),
+        rkpm::check::patch_test_of(&both, &gradient, &scheme).err(),
+    ] {
+        assert!(matches!(error, Some(Error::Incompatible(_))), "{error:?}");
+    }
 }

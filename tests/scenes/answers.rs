@@ -27,6 +27,20 @@ fn the_volume_is_that_of_the_deformed_body() {
     assert_relative_eq!(volume, 2.0 * 1.0 * 1.5 * 1.2, max_relative = 1e-10);
 }
 
+/// A rigid surface that moves does no work in the potential: what it put in is the energy.
+#[test]
+fn the_potential_counts_no_work_of_contacts() {
+    let plate = RigidSurface::plane([0.0, 1.0], [0.0, -1.0]).moving([0.0, -0.1]);
+    let block = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((1, Side::Min))
+        .contact((1, Side::Max), plate);
+    let problem = block.discretize(&Scheme::default().particles([9, 5])).unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
+    let energy = problem.energy(path.last()).unwrap();
+    assert!(energy > 0.0);
+    assert_eq!(potential(&problem, path.last()).unwrap(), energy);
+}
+
 /// A sphere under an inner pressure: the load does p ΔV, along whatever way; its potential is the energy less that.
 #[test]
 fn the_potential_counts_the_work_of_loads_that_follow() {

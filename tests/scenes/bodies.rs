@@ -388,3 +388,44 @@ fn a_pad_between_stiff_plates_is_as_stiff_as_elements_say() {
         assert!((0..2).all(|i| abs_diff_eq!(found[i] / exact[i], 1.0, epsilon = 0.01)), "{counts:?}: {found} {exact}");
     }
 }
+
+/// A condition on the parts of a name of all bodies has the same force on each as a condition of that body's own.
+#[test]
+fn reactions_of_one_body_by_conditions_on_all() {
+    let rectangle = |from: f64, to: f64| {
+        let outline =
+            Outline::at([from, 0.0]).line("low", [to, 0.0]).line("right", [to, 1.0]).line("high", [from, 1.0]);
+        Region::new(outline.close("left")).unwrap()
+    };
+    let bodies = || {
+        Scene::assembly(PlaneStrain).body("one", rectangle(0.0, 2.0), soft()).body("two", rectangle(3.0, 4.0), stiff())
+    };
+    let down = |place: Place<2>| Condition::on(place).displacement([0.05, -0.1]);
+    let all = bodies().hold("low").with(down(Place::from("high")).named("push"));
+    let mut each = bodies();
+    for body in ["one", "two"] {
+        each = each.hold(Place::from("low").of(body)).with(down(Place::from("high").of(body)));
+    }
+    let solved = |scene: Scene<2>| {
+        let problem = scene.discretize(&Scheme::default().spacing(0.25)).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        (path.last().clone(), problem)
+    };
+    let ((state, problem), (other, apart)) = (solved(all), solved(each));
+    let about = [0.5, 0.25];
+    for (spot, part) in [("push", "high"), ("low", "low")] {
+        let mut sum = Point::<2>::zeros();
+        for body in ["one", "two"] {
+            let [place, same] = [spot, part].map(|name| Place::from(name).of(body));
+            let force = problem.reaction(&state, place.clone()).unwrap();
+            assert_abs_diff_eq!(force, apart.reaction(&other, same.clone()).unwrap(), epsilon = 1e-9);
+            let turns = [problem.moment(&state, place, about), apart.moment(&other, same, about)];
+            let [turn, expected] = turns.map(|moment| moment.unwrap()[2]);
+            assert_abs_diff_eq!(turn, expected, epsilon = 1e-9);
+            sum += force;
+        }
+        assert_abs_diff_eq!(sum, problem.reaction(&state, spot).unwrap(), epsilon = 1e-12);
+        assert!(sum.norm() > 0.1);
+    }
+    assert!(problem.reaction(&state, Place::from("low").of("three")).is_err());
+}

@@ -186,3 +186,26 @@ fn stresses_of_thin_beams_are_not_smeared_across() {
     let ratio = at_particles[particle][(0, 0)] / points;
     assert!(rows.len() == 2 && (0.88..1.05).contains(&ratio), "{ratio} {points} {}", rows.len());
 }
+
+/// Rubber keeps its volume, of which hoops and the thickness of sheets are a part.
+#[test]
+fn volumes_of_drawn_cells_count_hoops_and_thickness() {
+    let rubber = || Rubber::neo_hookean(0.5, 1e3).unwrap();
+    let tube = Block::new([1.0, 0.0], [2.0, 1.0]);
+    let blown = Scene::new(tube.clone(), Axisymmetric, rubber())
+        .prescribe((1, Side::Min), 1, 0.0)
+        .prescribe((1, Side::Max), 1, 0.0)
+        .prescribe((0, Side::Min), 0, 0.5);
+    let sheet = Scene::new(tube, PlaneStress { thickness: 1.0 }, rubber())
+        .prescribe((0, Side::Min), 0, 0.0)
+        .prescribe((1, Side::Min), 1, 0.0)
+        .prescribe((0, Side::Max), 0, 0.5);
+    for scene in [blown, sheet] {
+        let problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        let grid = problem.vtk_grid(path.last()).unwrap();
+        let ratios = grid.cell_data.iter().find(|field| field.name == "volume ratio").unwrap();
+        let VtkValues::Scalars(ratios) = &ratios.values else { panic!("scalars") };
+        assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.05), "{ratios:?}");
+    }
+}

@@ -147,8 +147,10 @@ impl Picture {
 
     /// Puts another picture to the right of this one, at the same scale and with the same colours for the same values.
     #[must_use]
-    pub fn beside(mut self, other: Picture) -> Self {
+    pub fn beside(mut self, mut other: Picture) -> Self {
+        let further = std::mem::take(&mut other.beside);
         self.beside.push(other);
+        self.beside.extend(further);
         self
     }
 

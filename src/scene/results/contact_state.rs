@@ -65,7 +65,7 @@ impl<const D: usize> ContactState<D> {
     /// Pressures, gaps and tractions along the boundary as a table, a row for each boundary particle.
     ///
     /// # Errors
-    /// None where the table takes its rows.
+    /// [`OutputError::Length`], which rows of equal length do not cause.
     pub fn table(&self) -> Result<Table, OutputError> {
         const AXES: [&str; 3] = ["0", "1", "2"];
         let mut names: Vec<String> = Vec::new();
@@ -217,16 +217,16 @@ fn along<const D: usize>(points: &mut Vec<ContactPoint<D>>, traces: &[Trace], pl
     }
     let chains = chains(traces);
     let mut ordered = Vec::with_capacity(points.len());
-    for chain in &chains {
+    for (chain, _) in &chains {
         for &trace in chain {
             ordered.push(points[trace]);
         }
     }
     *points = ordered;
     let mut first = 0;
-    let widths = chains.iter().map(|chain| {
+    let widths = chains.iter().map(|(chain, closed)| {
         first += chain.len();
-        width(&points[first - chain.len()..first])
+        width(&points[first - chain.len()..first], *closed)
     });
     widths.sum()
 }
@@ -238,30 +238,61 @@ fn seen(state: &State, term: usize) -> View<'_> {
 
 /// The width of contact along a chain of trace functions: between the last trace function that touches and the next one the square of the
 /// pressure, which falls in proportion to the distance from a smooth edge, is extrapolated to zero.
-fn width<const D: usize>(points: &[ContactPoint<D>]) -> f64 {
+fn width<const D: usize>(points: &[ContactPoint<D>], closed: bool) -> f64 {
     let n = points.len();
     let between = |a: usize, b: usize| (points[a].position - points[b].position).norm();
+    let ahead = |k: usize| if closed { Some((k + 1) % n) } else { Some(k + 1).filter(|&next| next < n) };
+    let behind = |k: usize| if closed { Some((k + n - 1) % n) } else { k.checked_sub(1) };
     let mut width = 0.0;
     for k in 0..n {
         if !points[k].is_active {
             continue;
         }
-        for (beside, inner) in [(k.checked_sub(1), k + 1), (Some(k + 1), k.wrapping_sub(1))] {
-            match beside.filter(|&b| b < n) {
-                // The end of the boundary part.
-                None => {}
-                Some(b) if points[b].is_active => width += 0.5 * between(k, b),
-                Some(b) => {
-                    let squares = |i: usize| points[i].pressure.powi(2);
-                    let to_edge = if inner < n && points[inner].is_active && squares(inner) > squares(k) {
-                        (between(k, inner) * squares(k) / (squares(inner) - squares(k))).min(between(k, b))
-                    } else {
-                        0.5 * between(k, b)
-                    };
-                    width += to_edge;
-                }
+        for (beside, inner) in [(behind(k), ahead(k)), (ahead(k), behind(k))] {
+            // None beyond the end of the boundary part.
+            let Some(b) = beside else { continue };
+            if points[b].is_active {
+                width += 0.5 * between(k, b);
+                continue;
             }
+            let square = |i: usize| points[i].pressure.powi(2);
+            width += match inner.filter(|&inner| points[inner].is_active && square(inner) > square(k)) {
+                Some(inner) => (between(k, inner) * square(k) / (square(inner) - square(k))).min(between(k, b)),
+                None => 0.5 * between(k, b),
+            };
         }
     }
     width
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_abs_diff_eq;
+
+    use super::*;
+
+    /// Along a closed outline the width does not depend on where it starts.
+    #[test]
+    fn widths_along_closed_outlines() {
+        let point = |k: usize| {
+            let angle = std::f64::consts::TAU * k as f64 / 12.0;
+            let pressure = [3.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.5][k % 12];
+            ContactPoint::<2> {
+                reference: Point::zeros(),
+                position: Point::<2>::new(angle.cos(), angle.sin()),
+                pressure,
+                gap: 0.0,
+                traction: Point::zeros(),
+                force: Point::zeros(),
+                is_active: pressure > 0.0,
+                slips: false,
+            }
+        };
+        let from = |first: usize| -> Vec<ContactPoint<2>> { (first..first + 12).map(point).collect() };
+        let expected = width(&from(6), false);
+        assert!(expected > 3.0 * 0.5);
+        for first in 0..12 {
+            assert_abs_diff_eq!(width(&from(first), true), expected, epsilon = 1e-12);
+        }
+    }
 }

@@ -53,7 +53,15 @@ impl<const D: usize> Problem<D> {
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
         let judging = &mut Judging { problem: self, observer };
-        self.analysis.run_controlled(&self.model, &self.equations, self.at_rest(), functional, targets, judging)
+        let start = self.at_rest();
+        Ok(self.named(self.analysis.run_controlled(
+            &self.model,
+            &self.equations,
+            start,
+            functional,
+            targets,
+            judging,
+        )?))
     }
 
     /// The states of a path at given load factors, those where it first comes to each: interpolated between its steps and
@@ -93,10 +101,12 @@ impl<const D: usize> Problem<D> {
     fn state_between(&self, before: &State, behind: &State, load: f64) -> Result<State, Error> {
         let (mut low, mut aim) = (before.clone(), load);
         // Where the straight line between two steps is too far from the path, nearer states come first.
-        for attempt in 0..=HALVINGS {
+        let mut failed = 0;
+        loop {
             let guess = self.interpolated(&low, behind, aim);
             let path = self.analysis.correct(&self.model, &self.equations, guess, &mut ())?;
-            if path.steps.is_empty() && attempt < HALVINGS {
+            if path.steps.is_empty() && failed < HALVINGS {
+                failed += 1;
                 aim = 0.5 * (low.load + aim);
                 continue;
             }
@@ -106,7 +116,6 @@ impl<const D: usize> Problem<D> {
             }
             aim = load;
         }
-        Ok(low)
     }
 
     /// The state on the straight line between two at a load factor, with the internal variables of the one before: the step to it

@@ -55,9 +55,10 @@ impl<const D: usize> Problem<D> {
     }
 
     /// Particles and the cells between them in their current positions as a grid for ParaView, with the displacement, the
-    /// Cauchy stress averaged at the particles, its mean \[stress, positive in tension\] and von Mises' equivalent
-    /// $\sqrt{\tfrac32\\,\mathbf s:\mathbf s}$. Volumes of a mesh that are rigid bodies stand beside them, without stresses. Cells have the number of their body, counted from 0, and the least ratio of a
-    /// corner's current to its reference volume, which is negative where a cell has folded.
+    /// Cauchy stress recovered at the particles ([`stress_field`](Problem::stress_field); where ranks share the scene averaged there), its
+    /// mean \[stress, positive in tension\] and von Mises' equivalent $\sqrt{\tfrac32\\,\mathbf s:\mathbf s}$. Volumes of a mesh that are
+    /// rigid bodies stand beside them, without stresses. Cells have the number of their body, counted from 0, and the least ratio of a
+    /// corner's current to its reference volume, times the mean stretch of hoops or thickness, which is negative where a cell has folded.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -142,7 +143,23 @@ impl ProblemView<'_> {
             of_cell.resize(cells.len(), surface.body as i64);
         }
         let current: Vec<Vec3> = positions.paired(&displacements, |x, u| x + u);
-        let ratios: Option<Vec<f64>> = cells.iter().map(|cell| volume_ratio(dim, cell, &positions, &current)).collect();
+        // Stretches along axes that particles do not have: of hoops, of the thickness.
+        let mut across = Vec::new();
+        for (number, body) in self.bodies.iter().enumerate() {
+            let gradients = body.settled_gradients(number, state);
+            across.extend(gradients.iter().enumerate().map(|(point, f)| {
+                let rest = body.at_rest(point);
+                Mat3::repeat((dim..3).map(|axis| f[(axis, axis)] / rest[(axis, axis)]).product())
+            }));
+        }
+        let across = self.at_particles(&across);
+        let ratio = |cell: &VtkCell| {
+            let corners = cell.corners();
+            let stretch =
+                corners.summed(|&corner| across.get(corner).map_or(1.0, |mean| mean[(0, 0)])) / corners.len() as f64;
+            Some(stretch * volume_ratio(dim, cell, &positions, &current)?)
+        };
+        let ratios: Option<Vec<f64>> = cells.iter().map(ratio).collect();
         let mut stresses = match self.model.ranks() {
             None => self.recovered_at_particles(state)?,
             Some(_) => self.at_particles(&self.stresses(state)?),
@@ -157,7 +174,7 @@ impl ProblemView<'_> {
             VtkField::scalars("mean stress", stresses.iter().map(mean)),
             VtkField::scalars("von Mises stress", stresses.iter().map(von_mises)),
         ]);
-        if of_body.last() != Some(&0.0) {
+        if of_body.iter().any(|body| *body != 0.0) {
             grid.point_data.push(VtkField::scalars("body", of_body));
         }
         grid.cell_data.push(VtkField::integers("body", of_cell));

@@ -25,9 +25,9 @@ pub enum Field {
     Displacement,
     /// The largest principal stretch.
     LargestStretch,
-    /// Von Mises' equivalent of the Cauchy stress \[stress\].
+    /// Von Mises' equivalent of the Cauchy stress, averaged at the particles \[stress\].
     MisesStress,
-    /// The mean of the Cauchy stress, positive in tension \[stress\].
+    /// The mean of the Cauchy stress, positive in tension, averaged at the particles \[stress\].
     MeanStress,
 }
 
@@ -65,7 +65,7 @@ impl<const D: usize> Problem<D> {
         self.view().picture(state, field)
     }
 
-    /// A web page on which the body is turned and its steps are run through, from rest to the last state of a path.
+    /// A web page on which the body is turned and its steps are run through, from the first to the last state of a path.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -81,9 +81,7 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// For a path of another problem.
     pub fn page(&self, path: &EquilibriumPath, field: Field, title: &str) -> Result<Page, Error> {
-        let rest = self.at_rest();
-        let mut states = std::iter::once(&rest).chain(path.states().skip(1));
-        states.try_fold(Page::new(title), |page, state| {
+        path.states().try_fold(Page::new(title), |page, state| {
             Ok(page.frame(format!("load factor {:.3}", state.load), self.picture(state, field)?))
         })
     }

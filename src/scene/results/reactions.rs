@@ -283,7 +283,8 @@ impl<const D: usize> Problem<D> {
         // What stands behind a dot would be left out of the names of all files: `push_0.5` and `push_0.7` would be one.
         check_ending(file, &["pvd"])?;
         let mut films = PvdCollection::default();
-        self.write_states(path, 0, file, "", 0.0, &mut films)?;
+        let since = (!self.body().has_clock()).then_some(0.0);
+        self.write_states(path, 0, file, "", since, &mut films)?;
         // All ranks sum forces.
         let history = self.history(path)?;
         if self.writes_for_all() {
@@ -294,14 +295,14 @@ impl<const D: usize> Problem<D> {
     }
 
     /// Writes the states of a path from one on, 0 that at rest, beside a file whose name they continue, and adds them to a collection.
-    /// Without a clock time is the load factor `since` some time.
+    /// Time is that of the clock, or the load factor `since` some time.
     pub(in crate::scene) fn write_states(
         &self,
         path: &EquilibriumPath,
         first: usize,
         file: &std::path::Path,
         suffix: &str,
-        since: f64,
+        since: Option<f64>,
         films: &mut PvdCollection,
     ) -> Result<(), Error> {
         let stem = file.file_stem().map_or_else(|| "path".to_string(), |stem| stem.to_string_lossy().into_owned());
@@ -319,7 +320,7 @@ impl<const D: usize> Problem<D> {
                     own
                 }
             };
-            let time = if self.body().has_clock() { self.time(state) } else { since + state.load };
+            let time = since.map_or_else(|| self.time(state), |since| since + state.load);
             films.push(time, own);
         }
         Ok(())
@@ -342,16 +343,24 @@ impl<const D: usize> Problem<D> {
         }
     }
 
-    /// The conditions of a name, or else those at a place.
+    /// The conditions of a name, or else those at a place; of one body where the place is.
     fn placed_at(&self, requested: &Place<D>) -> Vec<&Placed<D>> {
+        let nodes = |name: &String| Some(&self.discrete_bodies.iter().find(|body| body.name == *name)?.nodes);
+        // What acts on all bodies has rows on each of them.
+        let of = |placed: &Placed<D>, body: &Option<String>| {
+            body.as_ref().is_none_or(|name| placed.place.of == *body || nodes(name) == Some(&placed.nodes))
+        };
         if let Spot::Part(Part::Named(name)) = &requested.spot {
-            let named: Vec<_> = self.placed.iter().filter(|placed| placed.name.as_ref() == Some(name)).collect();
+            let named =
+                self.placed.iter().filter(|placed| placed.name.as_ref() == Some(name) && of(placed, &requested.of));
+            let named: Vec<_> = named.collect();
             if !named.is_empty() {
                 return named;
             }
         }
-        let requested = resolve(&self.names, requested);
-        self.placed.iter().filter(|placed| requested.takes_in(&placed.place)).collect()
+        let mut requested = resolve(&self.names, requested);
+        let body = requested.of.take();
+        self.placed.iter().filter(|placed| requested.takes_in(&placed.place) && of(placed, &body)).collect()
     }
 
     /// The rows of a name or at a place.

@@ -421,8 +421,10 @@ impl ProblemView<'_> {
     /// Deformation gradients at the points of the bodies' tables.
     pub(crate) fn deformation_gradients(&self, state: &State) -> Vec<Mat3> {
         let mut all = Vec::new();
-        for body in &self.bodies {
-            all.extend((0..body.weights().len()).map(|point| body.deformation_gradient(point, &state.displacement)));
+        for (number, body) in self.bodies.iter().enumerate() {
+            let condensed = state.condensed.get(number).map_or(&[][..], Vec::as_slice);
+            let view = View { displacement: &state.displacement, condensed, load: state.load };
+            all.extend((0..body.weights().len()).map(|point| body.deformation_in(point, view)));
         }
         all
     }

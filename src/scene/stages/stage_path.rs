@@ -45,7 +45,7 @@ pub fn history<const D: usize>(stages: &[StagePath<D>]) -> Result<Table, Error> 
 }
 
 /// Writes the paths of stages as [`Problem::write`] does one: `fit.pvd` with a `.vtu` file for each state of each stage, and
-/// [`history`] as `fit.csv`. The first state of a later stage, with which the one before has ended, is a row of the table and has no file. Time is that of the scene's clock, else the number of the stage and the load factor within it.
+/// [`history`] as `fit.csv`. The first state of a later stage, with which the one before has ended, is a row of the table and has no file. Time is that of the scene's clock where all stages have one, else the number of the stage and the load factor within it.
 ///
 /// # Errors
 /// As [`Problem::write`].
@@ -53,10 +53,12 @@ pub fn write_stages<const D: usize>(stages: &[StagePath<D>], file: impl AsRef<st
     let file = file.as_ref();
     check_ending(file, &["pvd"])?;
     let mut films = PvdCollection::default();
+    let timed = stages.iter().all(|stage| stage.problem.body().has_clock());
     for (number, StagePath { problem, path, .. }) in stages.iter().enumerate() {
         // A stage begins in the state in which the one before has ended.
         let first = usize::from(number > 0);
-        problem.write_states(path, first, file, &format!("_{number}"), number as f64, &mut films)?;
+        let since = (!timed).then_some(number as f64);
+        problem.write_states(path, first, file, &format!("_{number}"), since, &mut films)?;
     }
     let table = history(stages)?;
     if stages.iter().all(|stage| stage.problem.writes_for_all()) {
