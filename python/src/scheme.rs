@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use pyo3::exceptions::{PyKeyboardInterrupt, PyUserWarning};
 use pyo3::prelude::*;
-use rkpm::scene::{ApproximationChoice, Scene, Scheme};
+use rkpm::cells::Scatter;
+use rkpm::scene::{ApproximationChoice, Dilation, Scene, Scheme};
 use rkpm::solve::{Ending, Iteration, Observer, Step, StepControl, Stepping};
 use rkpm::study::{Budget, Progress, Quantity, Tolerance, Verdict};
 
@@ -109,7 +110,7 @@ pub(crate) fn sized<const D: usize>(
 ) -> Result<Run<D>, rkpm::Error> {
     let started = Instant::now();
     // Bodies that are no lattice, and bars, have one scheme to choose from.
-    let both = [Scheme::elements(2), scheme.clone()];
+    let both = [elements(scheme), scheme.clone()];
     let schemes = if any && D > 1 { &both[..] } else { &both[1..] };
     let found = scene.solve_within_observed(schemes, tolerance, Budget::default(), watch);
     let answer = found?;
@@ -119,6 +120,12 @@ pub(crate) fn sized<const D: usize>(
     };
     let seconds = started.elapsed().as_secs_f64();
     Ok(Run { bound: Some(answer.bound), problem: answer.problem, path: answer.path, why, seconds })
+}
+
+/// The same with finite elements of order 2, without what these don't have.
+fn elements(scheme: &Scheme) -> Scheme {
+    let scheme = scheme.clone().approximation(ApproximationChoice::Elements).order(2);
+    scheme.scatter(Scatter::default()).dilation(Dilation::Auto)
 }
 
 /// Looks after Ctrl-C, exceptions of Python functions and progress.

@@ -145,6 +145,22 @@ def test_a_tolerance_is_met_and_told():
     assert 0 < path.bound <= 0.02 and sheared().bound is None
 
 
+def test_models_within_a_tolerance_follow_the_settings():
+    def loads(**how):
+        seen = []
+        sheared(within=0.05, progress=lambda load, iterations: seen.append(load), **how)
+        return seen
+
+    assert loads(steps=4)[:4] == pytest.approx([0.25, 0.5, 0.75, 1])
+    assert loads(steps=3, dilation=1.2)[:3] == pytest.approx([1 / 3, 2 / 3, 1])
+    plain, arc = loads(), loads(arc_length=True)
+    assert arc != plain and arc[-1] == pytest.approx(1)
+
+
+def test_a_seed_is_no_hindrance_to_elements():
+    assert sheared(within=0.05, seed=3).displacement == pytest.approx(sheared(within=0.05).displacement, abs=0)
+
+
 def test_order_and_elements_come_to_the_same_force():
     linear, quadratic = sheared(particles=[17, 9]), sheared(particles=[17, 9], order=2)
     elements = sheared(particles=[17, 9], order=2, elements=True)
