@@ -41,8 +41,8 @@ class Fitted:
     def _repr_svg_(self) -> str: ...
 
 class Interrupted(KeyboardInterrupt):
-    """A run that Ctrl-C ended. Its steps up to there are `path`, also `Scene.path`."""
-    path: Path
+    """A run that Ctrl-C ended. Its steps up to there are `path`, also `Scene.path`; before the first one there is none."""
+    path: Path | None
 
 @final
 class Law:

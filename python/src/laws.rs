@@ -14,7 +14,7 @@ use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::Rubber;
 
 use crate::expression::Expression;
-use crate::fault::{Error, Fault, mistyped, refused};
+use crate::fault::{Error, Faults, mistyped, refused};
 use crate::own::Own;
 
 /// A law of a rubber or a foam: a stored energy W(F) per reference volume, in the unit of its constants.
@@ -22,18 +22,18 @@ use crate::own::Own;
 #[derive(Clone)]
 pub(crate) struct Law {
     pub(crate) material: Arc<dyn Material>,
-    pub(crate) fault: Option<Fault>,
+    pub(crate) faults: Faults,
     name: String,
 }
 
 impl Law {
     fn new(name: &str, material: Result<impl Material + 'static, MaterialError>) -> PyResult<Self> {
-        Ok(Law { material: Arc::new(material.map_err(refused)?), fault: None, name: name.into() })
+        Ok(Law { material: Arc::new(material.map_err(refused)?), faults: Faults::default(), name: name.into() })
     }
 
-    /// What a Python function that the law calls has raised.
-    fn raised<T>(&self, value: T) -> PyResult<T> {
-        self.fault.as_ref().and_then(Fault::take).map_or(Ok(value), Err)
+    /// A value of the law, unless a Python function that it calls raises.
+    fn value<T: Send>(&self, py: Python<'_>, value: impl FnOnce(&dyn Material) -> T + Send) -> PyResult<T> {
+        self.faults.calling(py, || Ok::<_, rkpm::Error>(value(&*self.material)))
     }
 }
 
@@ -42,19 +42,19 @@ impl Law {
     /// The shear modulus at rest [stress].
     #[getter]
     fn shear(&self, py: Python<'_>) -> PyResult<f64> {
-        self.raised(py.detach(|| self.material.initial_moduli().shear))
+        self.value(py, |law| law.initial_moduli().shear)
     }
 
     /// The bulk modulus at rest [stress].
     #[getter]
     fn bulk(&self, py: Python<'_>) -> PyResult<f64> {
-        self.raised(py.detach(|| self.material.initial_moduli().bulk))
+        self.value(py, |law| law.initial_moduli().bulk)
     }
 
     /// The stored energy at a deformation gradient, 3 × 3.
     fn energy(&self, py: Python<'_>, gradient: PyReadonlyArray2<'_, f64>) -> PyResult<f64> {
         let f = matrix(&gradient)?;
-        self.raised(py.detach(|| self.material.energy(&f)))
+        self.value(py, |law| law.energy(&f))
     }
 
     /// The first Piola–Kirchhoff stress at a deformation gradient, 3 × 3.
@@ -64,7 +64,7 @@ impl Law {
         gradient: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
         let f = matrix(&gradient)?;
-        let stress = self.raised(py.detach(|| self.material.response(&f).stress))?;
+        let stress = self.value(py, |law| law.response(&f).stress)?;
         rows(py, stress.transpose().as_slice(), 3)
     }
 
@@ -72,10 +72,9 @@ impl Law {
     #[pyo3(signature = (stretches, mode="uniaxial"))]
     fn nominal<'py>(&self, py: Python<'py>, stretches: Vec<f64>, mode: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let mode = self::mode(mode)?;
-        let values = py.detach(|| {
-            stretches.iter().map(|&l| mode.incompressible_state(&*self.material, l).stress).collect::<Vec<f64>>()
-        });
-        self.raised(())?;
+        let values = self.value(py, |law| {
+            stretches.iter().map(|&l| mode.incompressible_state(law, l).stress).collect::<Vec<f64>>()
+        })?;
         Ok(PyArray1::from_vec(py, values))
     }
 
@@ -84,7 +83,7 @@ impl Law {
     fn relaxing(&self, pairs: Vec<(f64, f64)>) -> PyResult<Self> {
         let prony = Prony::of_instantaneous(pairs).map_err(refused)?;
         let material = Arc::new(Viscoelastic::new(self.material.clone(), prony));
-        Ok(Law { material, fault: self.fault.clone(), name: format!("{}, relaxing", self.name) })
+        Ok(Law { material, faults: self.faults.clone(), name: format!("{}, relaxing", self.name) })
     }
 
     fn __repr__(&self) -> String {
@@ -214,7 +213,7 @@ pub(crate) fn material(
         }
     }
     let own = Own::new(stress, energy);
-    let fault = Some(own.fault());
+    let faults = Faults::new([own.fault()]);
     let name = "Python function";
     let law = match bulk {
         None => Law::new(name, Ok(own))?,
@@ -223,7 +222,7 @@ pub(crate) fn material(
             Law::new(name, Ok(NearlyIncompressible { distortional: own, volumetric }))?
         }
     };
-    Ok(Law { fault, ..law })
+    Ok(Law { faults, ..law })
 }
 
 fn mode(name: &str) -> PyResult<Mode> {

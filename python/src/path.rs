@@ -9,10 +9,10 @@ use pyo3::types::PyDict;
 use rkpm::geometry::Point;
 use rkpm::nalgebra::Matrix3;
 use rkpm::output::Picture as Drawing;
-use rkpm::scene::{Field, Problem};
+use rkpm::scene::{Field, Place as PlaceOf, Problem};
 use rkpm::solve::{EquilibriumPath, State};
 
-use crate::fault::{Error, refused};
+use crate::fault::{Error, Faults, refused};
 use crate::geometry::points;
 use crate::place::{Place, array};
 
@@ -24,9 +24,20 @@ pub(crate) struct Run<const D: usize> {
     /// Why a tolerance was not met.
     pub(crate) why: Option<String>,
     pub(crate) seconds: f64,
+    /// Of the functions that the problem calls.
+    pub(crate) faults: Faults,
 }
 
 impl<const D: usize> Run<D> {
+    /// What the crate finds in the run while the interpreter is free, unless a Python function that the problem calls raises.
+    fn told<T: Send, E: Into<rkpm::Error> + Send>(
+        &self,
+        py: Python<'_>,
+        find: impl FnOnce(&Self) -> Result<T, E> + Send,
+    ) -> PyResult<T> {
+        self.faults.calling(py, || find(self))
+    }
+
     fn state(&self, number: usize) -> &State {
         number.checked_sub(1).and_then(|k| self.path.steps.get(k)).map_or(&self.path.start, |step| &step.state)
     }
@@ -36,13 +47,13 @@ impl<const D: usize> Run<D> {
     }
 
     /// The force of a condition, of a rigid body or of a contact on the body.
-    fn force(&self, state: &State, place: &Place) -> PyResult<Point<D>> {
-        let error = match self.problem.reaction(state, place.to::<D>()?) {
+    fn force(&self, state: &State, at: &PlaceOf<D>, name: Option<&str>) -> Result<Point<D>, rkpm::Error> {
+        let error = match self.problem.reaction(state, at.clone()) {
             Ok(force) => return Ok(force),
             Err(error) => error,
         };
-        let contact = place.plain_name().and_then(|name| self.problem.contact(state, name).ok());
-        contact.map(|contact| contact.force).ok_or_else(|| refused(error))
+        let contact = name.and_then(|name| self.problem.contact(state, name).ok());
+        contact.map(|contact| contact.force).ok_or(error)
     }
 
     fn cauchy(&self, state: &State) -> Result<Vec<Matrix3<f64>>, rkpm::Error> {
@@ -157,8 +168,8 @@ impl Path {
     /// What makes the path doubtful, a sentence for each doubt, also what only the problem can tell: undeclared contact, surfaces that
     /// are compressed beyond Biot's limit.
     #[getter]
-    fn doubts(&self) -> PyResult<Vec<String>> {
-        let doubts = each!(self, run => run.problem.verdict(&run.path)).map_err(refused)?;
+    fn doubts(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        let doubts = each!(self, run => run.told(py, |run| run.problem.verdict(&run.path)))?;
         Ok(doubts.iter().map(ToString::to_string).collect())
     }
 
@@ -195,16 +206,17 @@ impl Path {
     /// Stored energies of all states, of the whole revolution for bodies of revolution.
     #[getter]
     fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let energies: Result<Vec<f64>, _> =
-            each!(self, run => py.detach(|| run.states().map(|state| run.problem.energy(state)).collect()));
-        Ok(PyArray1::from_vec(py, energies.map_err(refused)?))
+        let energies: Vec<f64> = each!(self, run => run.told(py, |run| {
+            run.states().map(|state| run.problem.energy(state)).collect::<Result<_, _>>()
+        }))?;
+        Ok(PyArray1::from_vec(py, energies))
     }
 
     /// Particles at rest [length].
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         each!(self, run => {
-            let displaced = run.problem.particle_displacements(run.state(0)).map_err(refused)?.len();
+            let displaced = run.told(py, |run| run.problem.particle_displacements(run.state(0)))?.len();
             point_rows(py, &run.problem.positions()[..displaced])
         })
     }
@@ -213,29 +225,26 @@ impl Path {
     #[getter]
     fn displacement<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         each!(self, run => {
-            let found = py.detach(|| run.problem.particle_displacements(run.state(self.state)));
-            point_rows(py, &found.map_err(refused)?)
+            point_rows(py, &run.told(py, |run| run.problem.particle_displacements(run.state(self.state)))?)
         })
     }
 
     /// Cauchy stresses at the particles [stress], 3 × 3 for each, in equilibrium with the loads for a single body.
     #[getter]
     fn cauchy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let found = each!(self, run => py.detach(|| run.cauchy(run.state(self.state))));
-        tensors(py, &found.map_err(refused)?)
+        tensors(py, &each!(self, run => run.told(py, |run| run.cauchy(run.state(self.state))))?)
     }
 
     /// Deformation gradients at the particles, means of the points around each, 3 × 3.
     #[getter]
     fn gradient<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let found = each!(self, run => py.detach(|| run.gradients(run.state(self.state))));
-        tensors(py, &found.map_err(refused)?)
+        tensors(py, &each!(self, run => run.told(py, |run| run.gradients(run.state(self.state))))?)
     }
 
     /// Largest principal stretches at the particles.
     #[getter]
     fn stretch<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let found = each!(self, run => py.detach(|| run.gradients(run.state(self.state)))).map_err(refused)?;
+        let found = each!(self, run => run.told(py, |run| run.gradients(run.state(self.state))))?;
         Ok(PyArray1::from_vec(py, found.iter().map(|f| f.singular_values().max()).collect()))
     }
 
@@ -244,8 +253,10 @@ impl Path {
         each!(self, run => {
             let at = self::points(points)?;
             let state = run.state(self.state);
-            let found: Result<Vec<_>, _> = py.detach(|| at.iter().map(|x| run.problem.displacement(state, x)).collect());
-            point_rows(py, &found.map_err(refused)?)
+            let found: Vec<_> = run.told(py, |run| {
+                at.iter().map(|x| run.problem.displacement(state, x)).collect::<Result<_, _>>()
+            })?;
+            point_rows(py, &found)
         })
     }
 
@@ -254,25 +265,31 @@ impl Path {
         let found = each!(self, run => {
             let at = self::points(points)?;
             let state = run.state(self.state);
-            py.detach(|| {
+            run.told(py, |run| {
                 let field = run.problem.stress_field(state)?;
                 at.iter().map(|x| field.at(x)).collect::<Result<Vec<_>, _>>()
-            })
+            })?
         });
-        tensors(py, &found.map_err(refused)?)
+        tensors(py, &found)
     }
 
     /// The force on the body by the conditions at a place, or by the condition, rigid body or contact of a name, in this state.
     fn reaction<'py>(&self, py: Python<'py>, place: &Bound<'_, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let place = Place::of(place)?;
-        each!(self, run => Ok(run.force(run.state(self.state), &place)?.as_slice().to_pyarray(py)))
+        each!(self, run => {
+            let (state, at, name) = (run.state(self.state), place.to()?, place.plain_name());
+            Ok(run.told(py, |run| run.force(state, &at, name))?.as_slice().to_pyarray(py))
+        })
     }
 
     /// The same in all states, a row for each.
     fn force<'py>(&self, py: Python<'py>, place: &Bound<'_, PyAny>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let place = Place::of(place)?;
         each!(self, run => {
-            let forces: Vec<_> = run.states().map(|state| run.force(state, &place)).collect::<PyResult<_>>()?;
+            let (at, name) = (place.to()?, place.plain_name());
+            let forces: Vec<_> = run.told(py, |run| {
+                run.states().map(|state| run.force(state, &at, name)).collect::<Result<_, _>>()
+            })?;
             point_rows(py, &forces)
         })
     }
@@ -286,8 +303,8 @@ impl Path {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let place = Place::of(place)?;
         each!(self, run => {
-            let moment = run.problem.moment(run.state(self.state), place.to()?, array(&about, "moment")?);
-            Ok(moment.map_err(refused)?.to_pyarray(py))
+            let (state, at, about) = (run.state(self.state), place.to()?, array(&about, "moment")?);
+            Ok(run.told(py, |run| run.problem.moment(state, at, about))?.to_pyarray(py))
         })
     }
 
@@ -295,7 +312,7 @@ impl Path {
     /// and `gap`.
     fn contact<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
         each!(self, run => {
-            let found = run.problem.contact(run.state(self.state), name).map_err(refused)?;
+            let found = run.told(py, |run| run.problem.contact(run.state(self.state), name))?;
             let told = PyDict::new(py);
             told.set_item("force", found.force.as_slice().to_pyarray(py))?;
             told.set_item("extent", found.extent)?;
@@ -315,15 +332,16 @@ impl Path {
     fn shape_functions<'py>(&self, py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<crate::shape::Csr<'py>> {
         each!(self, run => {
             let at = self::points(points)?;
-            let found: Result<Vec<_>, _> =
-                py.detach(|| at.iter().map(|x| run.problem.shape_functions(x)).collect());
-            Ok(crate::shape::csr(py, &found.map_err(refused)?))
+            let found: Vec<_> = run.told(py, |run| {
+                at.iter().map(|x| run.problem.shape_functions(x)).collect::<Result<_, _>>()
+            })?;
+            Ok(crate::shape::csr(py, &found))
         })
     }
 
     /// Writes the path for ParaView, `name.pvd` with a `.vtu` file for each state, and its forces and moments as `name.csv`.
     fn write(&self, py: Python<'_>, file: std::path::PathBuf) -> PyResult<()> {
-        each!(self, run => py.detach(|| run.problem.write(&run.path, file)).map_err(refused))
+        each!(self, run => run.told(py, |run| run.problem.write(&run.path, file)))
     }
 
     /// This state as an object of pyvista, which has to be installed.
@@ -332,7 +350,7 @@ impl Path {
         let folder = py.import("tempfile")?.call_method0("TemporaryDirectory")?;
         let file = std::path::Path::new(&folder.getattr("name")?.extract::<String>()?).join("state.vtu");
         each!(self, run => {
-            let grid = run.problem.vtk_grid(run.state(self.state)).map_err(refused)?;
+            let grid = run.told(py, |run| run.problem.vtk_grid(run.state(self.state)))?;
             grid.write(&file).map_err(refused)?;
         });
         let read = pyvista.call_method1("read", (&file,));
@@ -344,8 +362,7 @@ impl Path {
     #[pyo3(signature = (field="displacement", *, title=None))]
     fn plot(&self, py: Python<'_>, field: &str, title: Option<String>) -> PyResult<Picture> {
         let field = Path::field(field)?;
-        let drawn = each!(self, run => py.detach(|| run.problem.picture(run.state(self.state), field)));
-        let drawn = drawn.map_err(refused)?;
+        let drawn = each!(self, run => run.told(py, |run| run.problem.picture(run.state(self.state), field)))?;
         Ok(Picture(match title {
             Some(title) => drawn.title(title),
             None => drawn,

@@ -8,7 +8,7 @@ use rkpm::contact::RigidSurface;
 use rkpm::prelude::{Axisymmetric, PlaneStrain, PlaneStress, RadialCylinder, RadialSphere, Solid};
 use rkpm::scene::{Condition, Load, Scene as SceneOf, Scheme, StagePath, Stages};
 
-use crate::fault::{Callback, Error, Fault, mistyped, refused};
+use crate::fault::{Callback, Error, Fault, Faults, mistyped};
 use crate::geometry::AnyGeometry;
 use crate::laws::Law;
 use crate::path::{Path, Run};
@@ -43,18 +43,22 @@ macro_rules! kinds {
 }
 kinds!(1 One, 2 Two, 3 Three);
 
-/// A change of a scene by a Python function.
-fn change<const D: usize>(function: Callback) -> impl Fn(SceneOf<D>) -> SceneOf<D> + Send + Sync + 'static
+/// A change of a scene by a Python function, which may add functions to those that the run calls.
+fn change<const D: usize>(
+    function: Callback,
+    faults: Faults,
+) -> impl Fn(SceneOf<D>) -> SceneOf<D> + Send + Sync + 'static
 where
     AnyScene: From<SceneOf<D>>,
     SceneOf<D>: TryFrom<AnyScene, Error = PyErr>,
 {
     move |scene| {
         let changed = function.call(|function| {
-            let before = Scene { inner: scene.clone().into(), faults: Vec::new(), path: Mutex::new(None) };
+            let before = Scene { inner: scene.clone().into(), faults: faults.all(), path: Mutex::new(None) };
             let after = function.call1((before,))?;
-            let after = after.cast::<Scene>().map_err(|_| mistyped("history: a stage gave no scene"))?;
-            after.get().inner.clone().try_into()
+            let after = after.cast::<Scene>().map_err(|_| mistyped("history: a stage gave no scene"))?.get();
+            faults.add(after.faults.iter().cloned());
+            after.inner.clone().try_into()
         });
         changed.unwrap_or(scene)
     }
@@ -168,7 +172,7 @@ impl Scene {
                 )));
             }
         };
-        Ok(self.with(inner, [law.fault]))
+        Ok(self.with(inner, law.faults.all().into_iter().map(Some)))
     }
 
     /// Leaves two bodies unbonded where they touch.
@@ -424,7 +428,7 @@ impl Scene {
     ) -> PyResult<Py<Path>> {
         let choices = Choices { spacing, order, elements, dilation, seed, steps, arc_length };
         let scheme = choices.scheme(particles)?;
-        let mut watch = Watch::new(progress, self.faults.clone());
+        let mut watch = Watch::new(progress, Faults::new(self.faults.iter().cloned()));
         macro_rules! run {
             ($scene:expr, $variant:ident) => {{
                 let tolerance = within.map(|error| quantity(of, error)).transpose()?;
@@ -448,10 +452,7 @@ impl Scene {
             AnyScene::Two(scene) => run!(scene, two),
             AnyScene::Three(scene) => run!(scene, three),
         };
-        if let Some(raised) = watch.raised(py) {
-            return Err(raised);
-        }
-        let path = Py::new(py, path.map_err(refused)?)?;
+        let path = Py::new(py, watch.finish(py, path)?)?;
         *self.path.lock().unwrap_or_else(PoisonError::into_inner) = Some(path.clone_ref(py));
         watch.judge(py, &path)?;
         Ok(path)
@@ -475,27 +476,26 @@ impl Scene {
         let choices = Choices { spacing, order, elements, dilation: None, seed: None, steps, arc_length: false };
         let scheme = choices.scheme(particles)?;
         let mut named = Vec::new();
-        let mut faults = self.faults.clone();
+        let faults = Faults::new(self.faults.iter().cloned());
         for (name, function) in stages.iter() {
             if !function.is_callable() {
                 return Err(mistyped("history: give stages as {name: function of a scene}"));
             }
             let function = Callback::new(&function);
-            faults.push(function.fault.clone());
+            faults.add([function.fault.clone()]);
             named.push((name.extract::<String>()?, function));
         }
-        let mut watch = Watch::new(progress, faults);
+        let mut watch = Watch::new(progress, faults.clone());
         macro_rules! run {
             ($scene:expr, $variant:ident) => {{
                 let mut stages = Stages::new("first", $scene.clone());
                 for (name, function) in named {
-                    stages = stages.then(name, change(function));
+                    stages = stages.then(name, change(function, faults.clone()));
                 }
                 let found = py.detach(|| stages.run_with(&scheme, &mut watch));
                 let path = |stage: StagePath<_>| {
-                    let run =
-                        Run { problem: stage.problem, path: stage.path, bound: None, why: None, seconds: f64::NAN };
-                    Path::$variant(Arc::new(run))
+                    let (problem, path, faults) = (stage.problem, stage.path, faults.clone());
+                    Path::$variant(Arc::new(Run { problem, path, bound: None, why: None, seconds: f64::NAN, faults }))
                 };
                 found.map(|stages| stages.into_iter().map(path).collect::<Vec<_>>())
             }};
@@ -505,10 +505,7 @@ impl Scene {
             AnyScene::Two(scene) => run!(scene, two),
             AnyScene::Three(scene) => run!(scene, three),
         };
-        if let Some(raised) = watch.raised(py) {
-            return Err(raised);
-        }
-        let paths = paths.map_err(refused)?;
+        let paths = watch.finish(py, paths)?;
         let paths: Vec<Py<Path>> = paths.into_iter().map(|path| Py::new(py, path)).collect::<PyResult<_>>()?;
         if let Some(last) = paths.last() {
             *self.path.lock().unwrap_or_else(PoisonError::into_inner) = Some(last.clone_ref(py));

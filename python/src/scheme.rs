@@ -10,7 +10,7 @@ use rkpm::scene::{ApproximationChoice, Dilation, Scene, Scheme};
 use rkpm::solve::{Ending, Iteration, Observer, Step, StepControl, Stepping};
 use rkpm::study::{Budget, Progress, Quantity, Tolerance, Verdict};
 
-use crate::fault::{Callback, Error, Fault, Interrupted, mistyped};
+use crate::fault::{Callback, Error, Faults, Interrupted, mistyped, refused};
 use crate::path::{Path, Run};
 use crate::place::{Place, array};
 
@@ -97,7 +97,8 @@ pub(crate) fn run<const D: usize>(scene: &Scene<D>, scheme: &Scheme, watch: &mut
     let started = Instant::now();
     let problem = scene.discretize(scheme)?;
     let path = problem.run_with(watch)?;
-    Ok(Run { problem, path, bound: None, why: None, seconds: started.elapsed().as_secs_f64() })
+    let (faults, seconds) = (watch.faults.clone(), started.elapsed().as_secs_f64());
+    Ok(Run { problem, path, bound: None, why: None, seconds, faults })
 }
 
 /// Solves a scene by a model that meets a tolerance.
@@ -112,14 +113,13 @@ pub(crate) fn sized<const D: usize>(
     // Bodies that are no lattice, and bars, have one scheme to choose from.
     let both = [elements(scheme), scheme.clone()];
     let schemes = if any && D > 1 { &both[..] } else { &both[1..] };
-    let found = scene.solve_within_observed(schemes, tolerance, Budget::default(), watch);
-    let answer = found?;
+    let answer = scene.solve_within_observed(schemes, tolerance, Budget::default(), watch)?;
     let why = match &answer.verdict {
         Verdict::Reached => None,
         Verdict::NotReached(why) => Some(why.clone()),
     };
-    let seconds = started.elapsed().as_secs_f64();
-    Ok(Run { bound: Some(answer.bound), problem: answer.problem, path: answer.path, why, seconds })
+    let (faults, seconds) = (watch.faults.clone(), started.elapsed().as_secs_f64());
+    Ok(Run { bound: Some(answer.bound), problem: answer.problem, path: answer.path, why, seconds, faults })
 }
 
 /// The same with finite elements of order 2, without what these don't have.
@@ -130,7 +130,7 @@ fn elements(scheme: &Scheme) -> Scheme {
 
 /// Looks after Ctrl-C, exceptions of Python functions and progress.
 pub(crate) struct Watch {
-    faults: Vec<Fault>,
+    faults: Faults,
     progress: Option<Callback>,
     interrupted: bool,
     raised: Option<PyErr>,
@@ -138,20 +138,28 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    pub(crate) fn new(progress: Option<&Bound<'_, PyAny>>, mut faults: Vec<Fault>) -> Self {
+    /// At the beginning of a run that calls the functions of these faults.
+    pub(crate) fn new(progress: Option<&Bound<'_, PyAny>>, faults: Faults) -> Self {
         let progress = progress.filter(|given| given.is_truthy().unwrap_or(true)).map(Callback::new);
-        faults.extend(progress.as_ref().map(|progress| progress.fault.clone()));
+        faults.add(progress.as_ref().map(|progress| progress.fault.clone()));
+        faults.take();
         Watch { faults, progress, interrupted: false, raised: None, iterations: 0 }
     }
 
-    /// What a Python function or a signal's handler raised. Ctrl-C is told by [`judge`](Watch::judge), with the path.
-    pub(crate) fn raised(&mut self, py: Python<'_>) -> Option<PyErr> {
-        let raised = self.raised.take().or_else(|| self.faults.iter().find_map(Fault::take))?;
-        if raised.is_instance_of::<PyKeyboardInterrupt>(py) {
-            self.interrupted = true;
-            return None;
+    /// What a run found, unless a Python function or a signal's handler raised. Ctrl-C is told by [`judge`](Watch::judge), with the path,
+    /// where there is one.
+    pub(crate) fn finish<T>(&mut self, py: Python<'_>, found: Result<T, rkpm::Error>) -> PyResult<T> {
+        let fault = self.faults.take();
+        let Some(raised) = self.raised.take().or(fault) else { return found.map_err(refused) };
+        if !raised.is_instance_of::<PyKeyboardInterrupt>(py) {
+            return Err(raised);
         }
-        Some(raised)
+        self.interrupted = true;
+        found.or_else(|_| {
+            let error = Interrupted::new_err("the run was interrupted before its first step");
+            error.value(py).setattr("path", py.None())?;
+            Err(error)
+        })
     }
 
     fn look(&mut self) -> ControlFlow<()> {
@@ -159,7 +167,7 @@ impl Watch {
             self.raised = Some(error);
             return ControlFlow::Break(());
         }
-        if self.faults.iter().any(Fault::is_set) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.faults.are_set() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
     /// Raises where the run was not completed; the exception carries the path.
