@@ -171,7 +171,7 @@ class Picture:
 
 @final
 class Place:
-    """Where a condition or a load acts, or a result is asked for."""
+    """Where a condition or a load acts, or a result is asked for. Where a function `within` says which part is meant, results are asked for by the same object."""
     def __new__(cls, part: _Place | None = None, *, at: Sequence[float] | None = None, of: str | None = None, within: Callable[[_Array], bool] | None = None) -> Place: ...
 
 @final

@@ -1,5 +1,8 @@
 //! Places, vectors and values as Python gives them.
 
+use std::any::Any;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use rkpm::geometry::{Part, Point, Side};
@@ -19,13 +22,15 @@ enum Spot {
 ///
 /// Most places need none of this: the name of a part (`"insert"`) or a face of a block, `(axis, "min")` or `(axis, "max")`,
 /// stand for themselves. `at` is a point, `of` names one of several bodies, `within` is a function of X that says which
-/// part of the place is meant. Without part and point it is the whole body.
+/// part of the place is meant; results there are asked for by the same object. Without part and point it is the whole body.
 #[pyclass(frozen, module = "rkpm", from_py_object)]
 #[derive(Clone)]
 pub(crate) struct Place {
     spot: Spot,
     of: Option<String>,
     within: Option<Callback>,
+    /// The same as places of the crate, one for each number of dimensions. Made once: the crate compares functions by identity.
+    made: Arc<Mutex<Vec<Box<dyn Any + Send + Sync>>>>,
 }
 
 #[pymethods]
@@ -44,7 +49,7 @@ impl Place {
             (None, Some(at)) => Spot::At(at),
             (None, None) => Spot::Body,
         };
-        Ok(Place { spot, of, within: within.map(Callback::new) })
+        Ok(Place { spot, of, within: within.map(Callback::new), made: Arc::default() })
     }
 }
 
@@ -71,10 +76,20 @@ impl Place {
         if let Ok(place) = given.extract::<Place>() {
             return Ok(place);
         }
-        Ok(Place { spot: Spot::Part(part(given)?), of: None, within: None })
+        Ok(Place { spot: Spot::Part(part(given)?), of: None, within: None, made: Arc::default() })
     }
 
     pub(crate) fn to<const D: usize>(&self) -> PyResult<rkpm::scene::Place<D>> {
+        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(place) = made.iter().find_map(|place| place.downcast_ref::<rkpm::scene::Place<D>>()) {
+            return Ok(place.clone());
+        }
+        let place = self.make::<D>()?;
+        made.push(Box::new(place.clone()));
+        Ok(place)
+    }
+
+    fn make<const D: usize>(&self) -> PyResult<rkpm::scene::Place<D>> {
         use rkpm::scene::Place;
         let mut place = match &self.spot {
             Spot::Part(part) => Place::on(part.clone()),

@@ -122,3 +122,31 @@ def test_two_laws_that_raise_are_both_forgotten():
         scene.solve(particles=[5, 3])
     lower.broken = upper.broken = False
     assert scene.solve(particles=[5, 3]).ending == "completed"
+
+
+def test_a_place_within_is_where_results_are_asked_for():
+    end = rkpm.Place((0, "max"), within=lambda x: x[1] > 0.4)
+    path = HELD.move(end, [0.2, 0], name="pull").solve(particles=[9, 5])
+    assert path.reaction(end)[0] == path.reaction("pull")[0] > 0
+    assert path.force(end) == pytest.approx(path.force("pull"))
+    assert path.moment(end, [0, 0]) == pytest.approx(path.moment("pull", [0, 0]))
+    found = HELD.move(end, [0.2, 0]).solve(within=0.2, of=("force", end, 0))
+    assert found.reaction(end)[0] > 0
+
+
+def test_a_place_within_that_raises_gives_no_result():
+    broken = []
+    end = rkpm.Place((0, "max"), within=lambda x: wrong() if broken else x[1] > 0.4)
+    scene = HELD.move(end, [0.2, 0])
+    path = scene.solve(particles=[9, 5])
+    force = path.reaction(end)
+    broken.append(True)
+    # Where conditions act was found before.
+    assert path.reaction(end) == pytest.approx(force, abs=0)
+    for how in ({"particles": [9, 5]}, {"within": 0.2, "of": ("force", end, 0)}):
+        with pytest.raises(ZeroDivisionError, match="on purpose"):
+            scene.solve(**how)
+    # A place of which the scene knows nothing is refused, not taken for an empty one.
+    for call in (path.reaction, path.force, lambda place: path.moment(place, [0, 0])):
+        with pytest.raises(rkpm.Error, match="no condition|condition"):
+            call(rkpm.Place((0, "max"), within=wrong))
