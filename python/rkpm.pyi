@@ -198,7 +198,7 @@ class Scene:
     def hold(self, place: _Place) -> Scene:
         """Holds all displacement components on a part."""
     def move(self, place: _Place, by: _Vector, *, name: str | None = None, over: Sequence[tuple[float, float]] | None = None) -> Scene:
-        """Moves a part: a vector [length], or a function of X or of X and the load factor that gives one. `over` is a table of pairs of load factor and value in place of the ramp; results go by `name`."""
+        """Moves a part: a vector [length], or a function of X or of X and the load factor that gives one; arguments with defaults are the function's own. `over` is a table of pairs of load factor and value in place of the ramp; results go by `name`."""
     def prescribe(self, place: _Place, component: int, value: float | Callable[[_Array], float], *, name: str | None = None, over: Sequence[tuple[float, float]] | None = None) -> Scene:
         """Prescribes one component of the displacement on a part: a number [length] or a function of X."""
     def pressure(self, place: _Place, pressure: float | Callable[[_Array], float], *, name: str | None = None, over: Sequence[tuple[float, float]] | None = None) -> Scene:

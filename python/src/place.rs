@@ -133,6 +133,20 @@ fn called<const D: usize, T>(
     function.call(|function| read(function.call1((PyArray1::from_slice(function.py(), x.as_slice()),))?))
 }
 
+/// How many arguments a function must be given, by their places: neither what a method is bound to nor what has a default.
+fn needed(function: &Bound<'_, PyAny>) -> PyResult<usize> {
+    let signature = function.py().import("inspect")?.call_method1("signature", (function,))?;
+    let mut count = 0;
+    for parameter in signature.getattr("parameters")?.call_method0("values")?.try_iter()? {
+        let parameter = parameter?;
+        let kind = parameter.getattr("kind")?;
+        let by_place =
+            kind.eq(parameter.getattr("POSITIONAL_ONLY")?)? || kind.eq(parameter.getattr("POSITIONAL_OR_KEYWORD")?)?;
+        count += usize::from(by_place && parameter.getattr("default")?.is(&parameter.getattr("empty")?));
+    }
+    Ok(count)
+}
+
 /// A number or a function of X.
 #[derive(Clone)]
 pub(crate) enum Number {
@@ -166,7 +180,7 @@ impl Number {
     }
 }
 
-/// A vector or a function of X; a motion where it takes the load factor too.
+/// A vector or a function of X; a motion where it needs the load factor too.
 #[derive(Clone)]
 pub(crate) enum Vector {
     Constant(Vec<f64>),
@@ -176,8 +190,8 @@ pub(crate) enum Vector {
 impl Vector {
     pub(crate) fn of(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Self> {
         if given.is_callable() {
-            let code = given.getattr("__code__").and_then(|code| code.getattr("co_argcount"));
-            let moves = code.and_then(|count| count.extract::<usize>()).is_ok_and(|count| count == 2);
+            // Functions of other languages may not tell their arguments.
+            let moves = needed(given).is_ok_and(|count| count == 2);
             return Ok(Vector::Function(Callback::new(given), moves));
         }
         let value = given.extract().map_err(|_| mistyped(format!("{what}: give a vector or a function of X")))?;

@@ -192,8 +192,8 @@ impl Scene {
         Ok(self.with(changed!(self, scene => scene.hold(place.to()?)), [place.fault()]))
     }
 
-    /// Moves a part: a vector [length], or a function of X or of X and the load factor that gives one. `over` is a table of pairs of
-    /// load factor and value in place of the ramp; results go by `name`.
+    /// Moves a part: a vector [length], or a function of X or of X and the load factor that gives one; arguments with defaults are the
+    /// function's own. `over` is a table of pairs of load factor and value in place of the ramp; results go by `name`.
     #[pyo3(signature = (place, by, *, name=None, over=None))]
     #[pyo3(name = "move")]
     fn shift(

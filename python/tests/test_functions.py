@@ -1,4 +1,6 @@
-"""What Python functions raise reaches the caller, once, from wherever the crate calls them."""
+"""What Python functions raise reaches the caller, once, from wherever the crate calls them; how they are called."""
+
+import functools
 
 import numpy as np
 import pytest
@@ -150,3 +152,40 @@ def test_a_place_within_that_raises_gives_no_result():
     for call in (path.reaction, path.force, lambda place: path.moment(place, [0, 0])):
         with pytest.raises(rkpm.Error, match="no condition|condition"):
             call(rkpm.Place((0, "max"), within=wrong))
+
+
+class Moves:
+    def field(self, x):
+        return [0.2, 0 * x[1]]
+
+    def motion(self, x, load):
+        return [0.2 * load, 0 * x[1]]
+
+    @staticmethod
+    def fixed(x, load):
+        return [0.2 * load, 0]
+
+    def __call__(self, x, load):
+        return [0.2 * load, 0]
+
+
+def scaled(by, x, load):
+    return [by * load, 0]
+
+
+@pytest.mark.parametrize("by", [
+    Moves().field,
+    Moves().motion,
+    Moves.fixed,
+    Moves(),
+    lambda x, size=0.2: [size, 0],
+    lambda x, load, size=0.2: [size * load, 0],
+    lambda x, *, size=0.2: [size, 0],
+    lambda *given: [0.2, 0],
+    functools.partial(scaled, 0.2),
+    functools.partial(Moves().motion, load=1.0),
+], ids=["method", "method of load", "static method", "object", "default", "load and default", "keyword", "any", "partial", "all but X"])
+def test_a_motion_is_a_function_that_needs_the_load_factor(by):
+    expected = HELD.move((0, "max"), [0.2, 0], name="pull").solve(particles=[5, 3]).reaction("pull")
+    found = HELD.move((0, "max"), by, name="pull").solve(particles=[5, 3]).reaction("pull")
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-12)
