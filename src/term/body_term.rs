@@ -105,10 +105,11 @@ impl<const D: usize> Term for Body<D> {
     }
 
     fn smallest_jacobian(&self, cluster: usize, view: View<'_>) -> Option<(f64, Vec<f64>)> {
+        let gradient = self.deformations_in(view);
         self.table
             .clusters()
             .points(cluster)
-            .map(|point| (jacobian(&self.deformation_in(point, view), self.table.hoop_components()), point))
+            .map(|point| (jacobian(&gradient(point), self.table.hoop_components()), point))
             .min_by(|a, b| below(a.0, b.0))
             .map(|(j, point)| (j, self.table.positions()[point].as_slice().to_vec()))
     }
@@ -117,8 +118,9 @@ impl<const D: usize> Term for Body<D> {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut volume, mut mean, mut pointwise) = (0.0, 0.0, 0.0);
         let volumetric = self.material.volumetric().filter(|_| self.functions == 0);
+        let gradient = self.deformations_in(view);
         for point in self.table.clusters().points(cluster) {
-            let j = self.deformation_in(point, view).determinant();
+            let j = gradient(point).determinant();
             (low, high) = (low.min(j), high.max(j));
             if let Some(volumetric) = volumetric {
                 let weight = self.table.weights()[point];

@@ -52,7 +52,13 @@ impl<const D: usize> Body<D> {
 
     /// The deformation gradient at a point in a view of the body: with the thickness that its history leaves a sheet.
     pub(crate) fn deformation_in(&self, point: usize, view: View<'_>) -> Mat3 {
-        self.material.settled(&self.local_gradient(point, view.displacement), self.recall(view).at(point))
+        self.deformations_in(view)(point)
+    }
+
+    /// The same at one point after the other.
+    pub(super) fn deformations_in<'a>(&'a self, view: View<'a>) -> impl Fn(usize) -> Mat3 + 'a {
+        let recall = self.recall(view);
+        move |point| self.material.settled(&self.local_gradient(point, view.displacement), recall.at(point))
     }
 
     /// Time at a load factor; 0 without a clock.
