@@ -3,6 +3,7 @@
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use nalgebra::{Matrix2, Matrix3, Rotation3, Vector3};
 use rkpm::prelude::*;
+use rkpm::scene::RigidMotion;
 
 fn rubber() -> Rubber {
     Rubber::neo_hookean(0.5, 1e3).unwrap()
@@ -180,4 +181,27 @@ fn rigid_bodies_that_nothing_holds_are_refused() {
     assert!(refused(wider).to_string().contains("a rigid ring keeps its radius"));
     let problem = block().rigid("plate", (1, Side::Max)).discretize(&Scheme::default().particles([5, 4])).unwrap();
     assert!(problem.rigid_motion(&problem.at_rest(), "plat").unwrap_err().to_string().contains("there are: plate"));
+}
+
+/// Turns about any axis, from angles that rounding nearly hides to half a turn, give their rotation vector back; so do the matrices of
+/// frames, which are orthogonal to the tolerance of Newton's method.
+#[test]
+fn rotation_vectors_are_those_of_the_turn() {
+    let axis = Vector3::new(1.0, -2.0, 0.5).normalize();
+    let vector = |rotation| {
+        let motion = RigidMotion::<3> { centre: Point::zeros(), displacement: Point::zeros(), rotation };
+        Vector3::from(motion.rotation_vector())
+    };
+    let pi = std::f64::consts::PI;
+    for angle in [1e-14, 1e-11, 1e-8, 1e-5, 1e-2, 1.0, 3.0, pi - 1e-6] {
+        let turn = axis * angle;
+        let (found, rotation) =
+            (vector(Rotation3::new(turn).into_inner()), Rotation3::new(turn).into_inner() * (1.0 + 1e-10));
+        assert_abs_diff_eq!(found, turn, epsilon = 4e-15 * angle);
+        assert_abs_diff_eq!(vector(rotation), turn, epsilon = 1e-9 * angle);
+    }
+    // Both ways round by half a turn are the same.
+    let found = vector(Matrix3::from_fn(|i, j| 2.0 * axis[i] * axis[j] - f64::from(u8::from(i == j))));
+    assert_abs_diff_eq!(found * found.dot(&axis).signum(), axis * pi, epsilon = 1e-14);
+    assert_eq!(vector(Matrix3::identity()), Vector3::zeros());
 }

@@ -1,6 +1,6 @@
 //! How rigid bodies move in a state.
 
-use nalgebra::{Rotation3, SMatrix};
+use nalgebra::{Rotation3, SMatrix, UnitQuaternion};
 
 use crate::each::Each;
 use crate::error::{BoundaryError, Error};
@@ -30,9 +30,9 @@ impl<const D: usize> RigidMotion<D> {
     }
 }
 
-/// The rotation vector of a matrix.
+/// The rotation vector of a matrix, by the quaternion: the trace alone tells neither small angles nor those near π.
 pub(super) fn rotation_vector(rotation: &Mat3) -> [f64; 3] {
-    Rotation3::from_matrix_unchecked(*rotation).scaled_axis().into()
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation)).scaled_axis().into()
 }
 
 impl<const D: usize> Problem<D> {
