@@ -236,6 +236,25 @@ fn what_is_wrong_is_named() {
     assert!(matches!(Mesh::new(points(), &both, &groups(vec![0, 1])).unwrap_err(), MeshError::Dimension { .. }));
 }
 
+/// Numbers of nodes mean nothing in another list: files that were appended to each other are no mesh, whichever is the larger.
+#[test]
+fn meshes_appended_to_each_other_are_refused() {
+    let corners = "1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n";
+    let one = text(corners, "1 4 2 1 1 1 2 3 4\n");
+    let two = text(&format!("{corners}5 1 1 1\n"), "1 4 2 1 1 1 2 3 4\n2 4 2 1 1 5 3 2 4\n");
+    let plug = [file("plug_41_ascii.msh"), file("plug_41_binary.msh")];
+    assert!(Mesh::<3>::parse(&one).is_ok() && Mesh::<3>::parse(&two).is_ok());
+    for (first, second) in [(&one, &two), (&two, &one), (&plug[0], &plug[0]), (&plug[1], &plug[1])] {
+        let both = [first.as_slice(), b"\n", second].concat();
+        let error = Mesh::<3>::parse(&both).unwrap_err();
+        assert!(matches!(&error, MeshError::Array { what, .. } if what.contains("two lists of nodes")), "{error}");
+    }
+    let again = String::from_utf8(one.clone()).unwrap();
+    let elements = &again[again.find("$Elements").unwrap()..];
+    let error = Mesh::<3>::parse(format!("{again}{elements}").as_bytes()).unwrap_err();
+    assert!(error.to_string().contains("two lists of elements"), "{error}");
+}
+
 /// A block of n³ nodes and the hexahedra between them as MSH 4.1.
 fn block(n: usize, binary: bool) -> Vec<u8> {
     let node = |i: usize, j: usize, k: usize| 1 + i + n * (j + n * k);

@@ -122,6 +122,14 @@ fn middles(shape: CellShape) -> &'static [[usize; 2]] {
     }
 }
 
+/// The refusal of a second list: numbers of one mesh name other nodes in another.
+fn second(what: &str) -> MeshError {
+    MeshError::Array {
+        what: format!("the file has two lists of {what}"),
+        remedy: "save each mesh to a file of its own, or merge them in Gmsh",
+    }
+}
+
 /// How far the middle of an edge is off its chord, as a part of it, to be called curved.
 const BENT: f64 = 1e-6;
 
@@ -162,8 +170,16 @@ impl Reading {
 
     /// Takes the nodes and their numbers.
     pub(super) fn take_nodes(&mut self, tags: Vec<u64>, points: Vec<[f64; 3]>) -> Result<(), MeshError> {
+        ensure!(self.points.is_empty(), second("nodes"));
         self.numbers = Numbers::new(&tags)?;
         self.points = points;
+        Ok(())
+    }
+
+    /// Begins the list of elements.
+    pub(super) fn begin_elements(&mut self) -> Result<(), MeshError> {
+        ensure!(!self.has_elements, second("elements"));
+        self.has_elements = true;
         Ok(())
     }
 

@@ -34,7 +34,7 @@ pub(super) fn nodes(bytes: &mut Bytes<'_>, content: &mut Reading, parametric: bo
 
 pub(super) fn elements(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(), MeshError> {
     bytes.enter("Elements");
-    content.has_elements = true;
+    content.begin_elements()?;
     let count = bytes.text_integer()?.max(0) as u64;
     if !bytes.is_text() {
         bytes.end_line()?;

@@ -70,7 +70,7 @@ pub(super) fn nodes(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(), 
 
 pub(super) fn elements(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(), MeshError> {
     begin(bytes, "Elements")?;
-    content.has_elements = true;
+    content.begin_elements()?;
     let (blocks, _) = (bytes.size()?, bytes.size()?);
     let (_, _) = (bytes.size()?, bytes.size()?);
     let mut nodes = [0u64; 27];
