@@ -21,8 +21,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Listed, SolidError> {
     let size = count.and_then(|count| count.checked_mul(RECORD)?.checked_add(HEADER));
     let text = bytes.trim_ascii_start();
     let start = &text[..text.len().min(512)];
-    // Binary files may begin with "solid" too: their length tells.
-    let is_text = starts_with(text, b"solid") && (size != Some(bytes.len()) && start.is_ascii());
+    // Binary files may begin with "solid" too: their length tells, or bytes that no text has, in whatever language its names are.
+    let is_binary = |byte: &u8| byte.is_ascii_control() && !byte.is_ascii_whitespace();
+    let is_text = starts_with(text, b"solid") && size != Some(bytes.len()) && !start.iter().any(is_binary);
     match (is_text, size) {
         (true, _) => ascii(bytes),
         (false, Some(size)) if size <= bytes.len() => Ok(binary(&bytes[HEADER..size])),

@@ -234,6 +234,26 @@ fn binary_and_ascii_files_are_the_same_solid() {
     assert_eq!(ascii.facets_of("lower half").unwrap().len(), 160);
 }
 
+/// Names are in any language and encoding, whatever stands in the header of a binary file.
+#[test]
+fn names_do_not_tell_text_from_binary_files() {
+    let (vertices, facets) = sphere(1);
+    let text = ascii_stl(&vertices, &facets);
+    for name in ["part", "Gehäuse", "деталь 3", "部品", "a\tb"] {
+        let solid = Solid3::parse_stl(text.replace("solid all", &format!("solid {name}")).as_bytes()).unwrap();
+        assert_eq!(solid.facets().len(), facets.len(), "{name}");
+    }
+    // As older programs write it: one byte for each letter.
+    let named = [&b"solid Geh\xe4use\n"[..], &text.as_bytes()[text.find('\n').unwrap() + 1..]].concat();
+    assert_eq!(Solid3::parse_stl(&named).unwrap().facets().len(), facets.len());
+    for header in ["solid part", "solid Gehäuse", "COLOR="] {
+        let mut bytes = binary_stl(&vertices, &facets);
+        bytes[..header.len()].copy_from_slice(header.as_bytes());
+        bytes.extend(b"what some programs append");
+        assert_eq!(Solid3::parse_stl(&bytes).unwrap().facets().len(), facets.len(), "{header}");
+    }
+}
+
 #[test]
 fn the_bunny_is_closed() {
     let bunny = Solid3::stl("examples/geometry/bunny.stl").unwrap();
