@@ -115,7 +115,8 @@ impl Table {
         Ok(())
     }
 
-    /// The table as CSV: lines end in `\n`, numbers read back to the same bits.
+    /// The table as CSV: lines end in `\n`, numbers read back to the same bits. An empty cell that is all of its row is quoted, for
+    /// readers skip empty lines.
     ///
     /// # Errors
     /// [`OutputError::Length`] where a row is not as long as the header.
@@ -126,7 +127,10 @@ impl Table {
         for (index, row) in self.rows.iter().enumerate() {
             self.check(index, row)?;
             let cells: Vec<String> = row.mapped(Cell::to_string);
-            csv.push_str(&cells.join(","));
+            match &cells[..] {
+                [only] if only.is_empty() => csv.push_str("\"\""),
+                _ => csv.push_str(&cells.join(",")),
+            }
             csv.push('\n');
         }
         Ok(csv)

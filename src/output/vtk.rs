@@ -274,7 +274,8 @@ impl VtkGrid {
                     let what = format!("{place} field {}", field.name);
                     return length(what, field.values.len(), needed);
                 }
-                if !names.insert(field.name.as_str()) {
+                // As readers see it: characters that XML forbids have become spaces.
+                if !names.insert(escaped(&field.name)) {
                     return length(format!("{place} fields named {}", field.name), 2, 1);
                 }
             }
@@ -317,7 +318,10 @@ impl PvdCollection {
     /// time is not finite.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
         let path = path.as_ref();
-        let directory = path.parent().unwrap_or_else(|| Path::new(""));
+        // However both are written: `./out/run.pvd` and `out/step.vtu` are in one directory.
+        let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+        let own = whole(path);
+        let directory = own.parent().unwrap_or_else(|| Path::new(""));
         let mut xml = String::from(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
         );
@@ -332,7 +336,8 @@ impl PvdCollection {
                     ),
                 }
             );
-            let beside = file.strip_prefix(directory).unwrap_or(file);
+            let place = whole(file);
+            let beside = place.strip_prefix(directory).unwrap_or(file);
             // ParaView reads forward slashes on every system.
             let name = escaped(&beside.display().to_string().replace('\\', "/"));
             let _ = writeln!(xml, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{name}\"/>");

@@ -34,6 +34,17 @@ fn csv_quotes_text_and_leaves_missing_numbers_empty() {
     assert_eq!(table.to_csv().unwrap(), expected);
 }
 
+/// Readers skip empty lines: a row of one cell that is empty is a line all the same.
+#[test]
+fn every_row_has_a_line_that_readers_keep() {
+    let mut table = Table::new(["number"]);
+    for number in [1.0, f64::NAN, f64::INFINITY] {
+        table.push([number]).unwrap();
+    }
+    table.push([""]).unwrap();
+    assert_eq!(table.to_csv().unwrap(), "number\n1\n\"\"\ninf\n\"\"\n");
+}
+
 #[test]
 fn ragged_rows_are_refused() {
     let mut table = Table::new(["a", "b"]);
@@ -81,6 +92,32 @@ fn files_appear_with_the_directories_above_them() {
     let blocked = summary.write(path.join("below.csv"));
     assert!(matches!(blocked, Err(OutputError::Io { .. })));
     std::fs::remove_dir_all(directory).unwrap();
+}
+
+/// Whoever reads a collection finds its files beside it, however the places of both are written.
+#[test]
+fn collections_name_files_as_they_lie_beside_them() {
+    let folder = fresh("beside");
+    // Joined paths keep the dots in them.
+    for (film, file) in
+        [("a/run.pvd", "a/s.vtu"), ("./a/run.pvd", "a/s.vtu"), ("a/run.pvd", "./a/s.vtu"), ("a/run.pvd", "a/b/s.vtu")]
+    {
+        let mut films = PvdCollection::default();
+        films.push(0.0, folder.join(file));
+        films.write(folder.join(film)).unwrap();
+        let xml = std::fs::read_to_string(folder.join(film)).unwrap();
+        let expected = if file.contains("/b/") { "file=\"b/s.vtu\"" } else { "file=\"s.vtu\"" };
+        assert!(xml.contains(expected), "{film}, {file}: {xml}");
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// Names that XML makes the same are the same.
+#[test]
+fn fields_are_told_apart_by_the_names_that_are_written() {
+    let mut grid = VtkGrid::particles(&[Vector2::new(0.0, 0.0)]);
+    grid.point_data = vec![VtkField::scalars("a\u{1}b", [1.0]), VtkField::scalars("a b", [2.0])];
+    assert!(matches!(grid.to_xml(), Err(OutputError::Length { .. })));
 }
 
 /// Four particles of a bent sheet, a polygon and mixed cells over them, every kind of field.
