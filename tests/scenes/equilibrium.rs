@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use approx::{abs_diff_eq, assert_relative_eq, relative_eq};
 use rkpm::assembly::Pattern;
-use rkpm::boundary::{Enforced, Enforcement};
+use rkpm::boundary::{ConstraintEquation, Enforced, Enforcement};
 use rkpm::error::{BoundaryError, Cause, SolveError};
 use rkpm::prelude::*;
 
@@ -265,5 +265,58 @@ fn lists_of_other_problems_are_refused() -> Result<(), rkpm::Error> {
     assert!(matches!(equilibrium.predict(&short, &rest, 1.0), Err(SolveError::OtherModel { .. })));
     assert!(equilibrium.time_error(Some(&short), &rest).is_err() && equilibrium.largest_gradient(&[1.0]).is_nan());
     assert!(problem.rigid_changes(&rest, "nowhere", [0.0; 2]).is_err());
+    Ok(())
+}
+
+/// Equations of one's own stand beside those of the scene: a reaction is that of its part, and what is refused leaves nothing behind.
+#[test]
+fn own_equations_leave_those_of_the_scene_as_they_are() -> Result<(), rkpm::Error> {
+    let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber(1e2));
+    let scene = scene.name("left", (0, Side::Min)).hold("left").traction((0, Side::Max), [0.1, 0.0]);
+    let mut problem = scene.discretize(&Scheme::default().particles([5, 3]))?;
+    let equation = |target| ConstraintEquation {
+        entries: vec![(29, 1.0)],
+        dependent: 29,
+        target,
+        amplitude: Amplitude::Ramp,
+        label: "own".into(),
+    };
+    let before = problem.equations().clone();
+    let failed = problem.constrain("own", |equations| {
+        equations.push(equation(0.1))?;
+        Ok(equations.push(equation(f64::NAN))?)
+    });
+    assert!(failed.is_err());
+    let named = problem.constrain("left", |equations| Ok(equations.push(equation(0.01))?)).map(|_| ());
+    assert!(named.unwrap_err().to_string().contains("name of the part left"));
+    assert_eq!(problem.equations(), &before);
+    problem.constrain("own", |equations| Ok(equations.push(equation(0.01))?))?;
+    let path = problem.run()?.completed()?;
+    let [left, own] = ["left", "own"].map(|name| problem.reaction(path.last(), name));
+    // With the traction on the other end, and what moves a corner.
+    let sum = left? + own? + Point::<2>::new(0.1, 0.0);
+    assert!(abs_diff_eq!(sum, Point::zeros(), epsilon = 1e-9), "{sum}");
+    Ok(())
+}
+
+/// Cells and shape functions over the same particles in another order draw and average fields at other places.
+#[test]
+fn composed_problems_number_particles_alike() -> Result<(), rkpm::Error> {
+    let lattice = Block::new([0.0, 0.0], [2.0, 1.0]).lattice([5, 3])?;
+    let own = lattice.particles(1.2)?;
+    for backwards in [false, true] {
+        let order = |k: usize| if backwards { own.positions().len() - 1 - k } else { k };
+        let (positions, supports) =
+            (0..own.positions().len()).map(|k| (own.positions()[order(k)], own.supports()[order(k)])).unzip();
+        let rk = ReproducingKernel::new(Particles::new(positions, supports)?, CubicSpline, Polynomial::linear())?;
+        let table = ShapeTable::new(&rk, &lattice.gauss(3)?, &PlaneStrain)?;
+        let body = Body::new(table, rubber(1e2), PressureField::Displacement);
+        let composed = Problem::compose(lattice.clone(), rk, body).map(|_| ());
+        match composed {
+            Ok(()) if !backwards => {}
+            Err(error) if backwards && error.to_string().contains("distance of particle 0") => {}
+            other => panic!("{backwards}: {other:?}"),
+        }
+    }
     Ok(())
 }

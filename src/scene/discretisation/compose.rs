@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use crate::assembly::Model;
-use crate::boundary::Constraints;
+use crate::boundary::{Constraints, rounding};
 use crate::cells::Cells;
-use crate::error::{Error, SolveError};
+use crate::error::{BoundaryError, Error, Invalid, SolveError};
 use crate::geometry::Part;
 use crate::shape::Approximation;
 use crate::solve::Analysis;
@@ -48,7 +48,8 @@ impl<const D: usize> Problem<D> {
     /// ```
     ///
     /// # Errors
-    /// Where nodes of the approximation, particles of the cells and nodes of the table are not as many.
+    /// Where nodes of the approximation, particles of the cells and nodes of the table are not as many, or particles and nodes of one
+    /// number lie apart.
     pub fn compose(
         cells: impl Cells<D> + 'static,
         approximation: impl Approximation<D> + 'static,
@@ -58,6 +59,14 @@ impl<const D: usize> Problem<D> {
         let counts = [("particles of the cells", cells.positions().len()), ("the table", body.table().node_count())];
         if let Some(&(what, given)) = counts.iter().find(|(_, given)| *given != needed) {
             return Err(SolveError::Length { what, given, needed }.into());
+        }
+        let least = rounding(approximation.nodes());
+        let apart = |node: &usize| (cells.positions()[*node] - approximation.nodes()[*node]).amax();
+        if let Some(node) = (0..needed).find(|node| !(apart(node) <= least)) {
+            let what = format!("distance of particle {node} of the cells from node {node} of the approximation");
+            let needed =
+                "make both over the same particles in the same order: fields are drawn and averaged by their numbers";
+            return Err(Invalid::new(what, apart(&node), needed).into());
         }
         let body = Arc::new(body);
         let mut model = Model::new(approximation.nodes());
@@ -92,15 +101,22 @@ impl<const D: usize> Problem<D> {
     /// [`moment`](Problem::moment) find them.
     ///
     /// # Errors
-    /// Those of the equations.
+    /// Those of the equations, none of which then stays; where another condition is on a part of that name.
     pub fn constrain(
         &mut self,
         name: impl Into<String>,
         add: impl FnOnce(&mut Constraints) -> Result<(), Error>,
     ) -> Result<&mut Self, Error> {
-        let (first, name) = (self.equations.len(), name.into());
-        add(&mut self.equations)?;
+        let (first, mark, name) = (self.equations.len(), self.equations.mark(), name.into());
         let place = Place::on(Part::Named(name.clone()));
+        // Results are asked for by either.
+        if self.placed_at(&place).iter().any(|placed| placed.name.as_ref() != Some(&name)) {
+            return Err(BoundaryError::NameOfPart { name, place: "unknowns of the problem".into() }.into());
+        }
+        if let Err(error) = add(&mut self.equations) {
+            self.equations.take_back(mark);
+            return Err(error);
+        }
         let (equations, nodes) = (first..self.equations.len(), 0..self.model.node_count());
         self.placed.push(Placed { name: Some(name), place, equations, nodes });
         Ok(self)

@@ -344,7 +344,7 @@ impl<const D: usize> Problem<D> {
     }
 
     /// The conditions of a name, or else those at a place; of one body where the place is.
-    fn placed_at(&self, requested: &Place<D>) -> Vec<&Placed<D>> {
+    pub(in crate::scene) fn placed_at(&self, requested: &Place<D>) -> Vec<&Placed<D>> {
         let nodes = |name: &String| Some(&self.discrete_bodies.iter().find(|body| body.name == *name)?.nodes);
         // What acts on all bodies has rows on each of them.
         let of = |placed: &Placed<D>, body: &Option<String>| {
