@@ -11,10 +11,7 @@ use crate::linear::{Direct, LinearSolver, LinearSystem, MatrixClass};
 use crate::order::merged;
 
 use super::ConstraintEquation;
-use super::enforced::Eliminated;
-
-/// A constraint equation of which elimination leaves less than this part of its size depends on others.
-const DEPENDENT: f64 = 1e-10;
+use super::enforced::{DEPENDENT, Eliminated};
 
 /// Expresses as many unknowns as there are constraint equations by the other unknowns, those that share unknowns together.
 pub(super) fn eliminate(equations: &[ConstraintEquation], limit: usize) -> Result<Vec<Eliminated>, BoundaryError> {

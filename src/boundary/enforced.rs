@@ -1,6 +1,16 @@
 //! Enforced constraint equations, as matrices.
 
+use crate::each::{Each, list_of};
 use crate::error::BoundaryError;
+
+use super::Constraints;
+
+/// A constraint equation of which elimination leaves less than this part of its size depends on others.
+pub(super) const DEPENDENT: f64 = 1e-10;
+/// What rounding leaves of equations that are eliminated by the least pivot, relative to their parts.
+const ROUNDING: f64 = f64::EPSILON / DEPENDENT;
+/// The golden ratio, whose multiples leave no parts of 1 that cancel.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Constraint equations $G d = g$ as they are enforced: eliminated, by multipliers, or by a penalty.
 ///
@@ -40,6 +50,37 @@ pub struct Eliminated {
 }
 
 impl Enforced {
+    /// Refuses combinations that do not satisfy the equations they eliminate, $G\\,T = 0$ and $G\\,V = 1$: a displacement made of them
+    /// shows it.
+    pub(super) fn satisfies(&self, unknowns: usize, equations: &Constraints) -> Result<(), BoundaryError> {
+        let any = |k: usize| ((k + 1) as f64 * GOLDEN).fract() - 0.5;
+        let equations = equations.equations();
+        let jump = |number: &usize| any(unknowns + number) * equations[*number].measure();
+        let mut displacement: Vec<f64> = list_of(unknowns, any);
+        for Eliminated { unknowns, free, transfer, equations, offsets } in &self.eliminated {
+            for (p, &unknown) in unknowns.iter().enumerate() {
+                let by_free = transfer[p * free.len()..].pair_sum(free, |w, &k| w * any(k));
+                displacement[unknown] =
+                    by_free + offsets[p * equations.len()..].pair_sum(equations, |v, e| v * jump(e));
+            }
+        }
+        for number in self.eliminated.iter().flat_map(|of| &of.equations) {
+            let equation = &equations[*number];
+            let size = equation.entries.summed(|&(k, c)| (c * displacement[k]).abs()) + jump(number).abs();
+            let off = (equation.value(&displacement) - jump(number)).abs();
+            if !(off <= ROUNDING * size) {
+                let reason = format!(
+                    "{} is eliminated, but unknowns made of W and V do not satisfy it: off by {:.1e} of its parts; with G of the \
+                     equations give W and V such that G W = 0 and G V = 1, those of all other unknowns included",
+                    equation.label,
+                    off / size
+                );
+                return Err(BoundaryError::Unsuitable { enforcement: "enforcement", reason });
+            }
+        }
+        Ok(())
+    }
+
     /// Refuses matrices that do not fit so many unknowns and equations, or each other.
     pub(super) fn check(&self, unknowns: usize, equations: usize) -> Result<(), BoundaryError> {
         let unsuitable = |reason: String| Err(BoundaryError::Unsuitable { enforcement: "enforcement", reason });

@@ -87,6 +87,7 @@ impl Reduction {
         check_unknowns(equations.equations(), unknowns)?;
         enforced.check(unknowns, equations.len())?;
         let rows = rows(&enforced, unknowns, equations)?;
+        enforced.satisfies(unknowns, equations)?;
         let Enforced { eliminated, multipliers, .. } = enforced;
         let numbering = Numbering::new(unknowns, &eliminated, if multipliers { rows.len() } else { 0 });
         let blocks = eliminated.into_iter().map(|block| Block::new(block, &numbering.places));

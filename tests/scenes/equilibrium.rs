@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use approx::{abs_diff_eq, assert_relative_eq, relative_eq};
 use rkpm::assembly::Pattern;
-use rkpm::boundary::{ConstraintEquation, Enforced, Enforcement};
+use rkpm::boundary::{ConstraintEquation, Eliminated, Enforced, Enforcement};
 use rkpm::error::{BoundaryError, Cause, SolveError};
 use rkpm::prelude::*;
 
@@ -96,6 +96,40 @@ fn enforcements_have_the_same_increments() -> Result<(), rkpm::Error> {
                 size > 0.0 && a.iter().zip(b).all(|(a, b)| abs_diff_eq!(a, b, epsilon = 1e-5 * size)),
                 "{a:?}, {b:?}"
             );
+        }
+    }
+    Ok(())
+}
+
+/// Eliminates all equations by W and V that are off by factors.
+struct Scaled(f64, f64);
+
+impl Enforcement for Scaled {
+    fn bind(&self, pattern: &Pattern, equations: &Constraints) -> Result<Enforced, BoundaryError> {
+        let enforced = MixedTransformation::default().bind(pattern, equations)?;
+        let scaled = |of: Eliminated| Eliminated {
+            transfer: of.transfer.iter().map(|w| w * self.0).collect(),
+            offsets: of.offsets.iter().map(|v| v * self.1).collect(),
+            ..of
+        };
+        Ok(Enforced { eliminated: enforced.eliminated.into_iter().map(scaled).collect(), ..enforced })
+    }
+}
+
+/// What does not satisfy the equations that it eliminates would converge to a state that does not meet its conditions.
+#[test]
+fn enforcements_satisfy_what_they_eliminate() -> Result<(), rkpm::Error> {
+    for (transfer, offset) in [(1.0, 1.0), (1.0, 0.0), (1.0, 1.0 + 1e-4), (0.9, 1.0), (0.0, 1.0)] {
+        // Over a boundary, whose equations are lengths times areas, and small.
+        let mut problem = Scene::new(Block::new([0.0, 0.0], [2e-3, 1e-3]), PlaneStrain, rubber(1e2))
+            .hold(Side::Min)
+            .with(Condition::on(Side::Max).displacement([3e-4, -2e-4]))
+            .discretize(&Scheme::default().particles([5, 3]))?;
+        problem.analysis_mut().enforcement = Box::new(Scaled(transfer, offset));
+        match problem.run() {
+            Ok(_) if (transfer, offset) == (1.0, 1.0) => {}
+            Err(error) if error.to_string().contains("do not satisfy it") && (transfer, offset) != (1.0, 1.0) => {}
+            other => panic!("{transfer}, {offset}: {:?}", other.map(|path| path.ending)),
         }
     }
     Ok(())
