@@ -15,6 +15,8 @@ mod approximation;
 mod boundary;
 mod contact;
 mod doubt;
+#[cfg(feature = "serde")]
+pub(crate) mod finite;
 #[cfg(feature = "fit")]
 mod fit;
 mod geometry;

@@ -34,12 +34,14 @@ pub enum Cause {
     #[error("every iteration had to be shortened to keep J > 0 (factor {factor:.3}): no equilibrium was found nearby")]
     StepLimited {
         /// The last step factor.
+        #[cfg_attr(feature = "serde", serde(with = "super::finite"))]
         factor: f64,
     },
     /// The increments grow although the state was predicted from others.
     #[error("Newton's increments grow (now {increment:.1e} of the displacement): no equilibrium was found nearby")]
     Diverging {
         /// The last increment relative to the displacement.
+        #[cfg_attr(feature = "serde", serde(with = "super::finite"))]
         increment: f64,
     },
     /// Numbers that are not finite: of a material beyond its range, a load or a custom term.
@@ -110,8 +112,10 @@ pub enum Cause {
     )]
     TimeError {
         /// The relative error of the stress.
+        #[cfg_attr(feature = "serde", serde(with = "super::finite"))]
         error: f64,
         /// The tolerance.
+        #[cfg_attr(feature = "serde", serde(with = "super::finite"))]
         tolerance: f64,
     },
     /// A state or a step is refused, with the reason: a body that leaves a rigid profile at its open end, lists of another problem.
@@ -132,8 +136,10 @@ pub enum Cause {
     )]
     Rounding {
         /// The controlled quantity now.
+        #[cfg_attr(feature = "serde", serde(with = "super::finite"))]
         now: f64,
         /// The same after the step.
+        #[cfg_attr(feature = "serde", serde(with = "super::finite"))]
         next: f64,
     },
 }

@@ -227,14 +227,17 @@ impl<'a, 'o> Continuation<'a, 'o> {
         points
     }
 
-    /// Takes a converged state into the path; `false` where the observer breaks off.
+    /// Takes a converged state into the path; `false` where the observer breaks off, or nothing can go on from what is remembered of it.
     ///
     /// `control_state` holds whatever the rule carries on to the next step: what is not in it would be lost to a resumed run.
     pub(super) fn accept(&mut self, mut state: State, control_state: StepControlState) -> bool {
         let (inertia, unstable) = (self.equilibrium.inertia, self.equilibrium.unstable_modes());
         let critical = self.critical_points(&state, unstable);
         let model = self.equilibrium.model;
-        self.equilibrium.remember(&mut state);
+        if let Err(cause) = self.equilibrium.remember(&mut state) {
+            self.stall(cause, self.driven());
+            return false;
+        }
         let energy = model.at_own(&state).energy();
         let step = Step {
             state: state.clone(),

@@ -237,12 +237,13 @@ impl<'a> Equilibrium<'a> {
     /// multipliers become those of the reactions.
     ///
     /// # Errors
-    /// [`Cause::Refused`] where a term says that the state does not follow, and for a state of another problem.
+    /// [`Cause::Refused`] where a term says that the state does not follow, and for a state of another problem; [`Cause::Term`] where
+    /// what is remembered is no number.
     pub fn commit(&mut self, before: &State, state: &mut State) -> Result<StateDiagnostics, Cause> {
         before.check_lengths(self.model, self.equations)?;
         state.check_lengths(self.model, self.equations)?;
         self.follows(before, state)?;
-        self.remember(state);
+        self.remember(state)?;
         Ok(self.model.at_own(&*state).diagnostics())
     }
 
@@ -251,10 +252,18 @@ impl<'a> Equilibrium<'a> {
         self.model.at_own(state).check_step(self.model.at_own(before)).map_or(Ok(()), |why| Err(Cause::Refused(why)))
     }
 
-    /// Writes history and reactions of a converged state.
-    pub(super) fn remember(&mut self, state: &mut State) {
+    /// Writes history and reactions of a converged state; nothing goes on from a memory that is no number.
+    pub(super) fn remember(&mut self, state: &mut State) -> Result<(), Cause> {
         state.condensed = self.model.at_own(&*state).update_history();
         self.react(state);
+        let spoilt = state.condensed.iter().position(|own| own.iter().any(|number| !number.is_finite()));
+        let finite = f64::from(u8::from(spoilt.is_none()));
+        if self.model.ranks().map_or(finite, |ranks| ranks.least(finite)) == 1.0 {
+            return Ok(());
+        }
+        let term = spoilt.map_or("a term".to_string(), |term| format!("term {term}"));
+        let what = "what it remembers of the step is not finite: write finite numbers in Material::remember() or Term::update()";
+        Err(Cause::Term(format!("{term} of the model: {what}")))
     }
 
     /// Writes the multipliers of a converged state, for strategies whose multipliers are no unknowns.

@@ -38,7 +38,7 @@ pub struct Step {
     /// Rejected attempts since the last converged state.
     pub rejected: usize,
     /// Energy stored in the body.
-    #[cfg_attr(feature = "serde", serde(with = "finite"))]
+    #[cfg_attr(feature = "serde", serde(with = "crate::error::finite"))]
     pub energy: f64,
     /// Signs of the pivots at the last iteration, where the solver knows them.
     pub inertia: Option<Inertia>,
@@ -61,21 +61,6 @@ impl Step {
     /// is spent on changes of volume within zones, which a cure would give back. `None` where pressures are projected.
     pub fn locking(&self) -> Option<f64> {
         self.diagnostics.locked_energy.map(|locked| locked / self.energy).filter(|eta| eta.is_finite())
-    }
-}
-
-/// Numbers that a material may leave undefined: what is not finite is stored as nothing and read as NaN,
-/// because JSON knows neither NaN nor infinities.
-#[cfg(feature = "serde")]
-mod finite {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub(super) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-        value.is_finite().then_some(*value).serialize(serializer)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-        Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
     }
 }
 

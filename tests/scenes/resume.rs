@@ -399,3 +399,28 @@ fn paths_of_other_scenes_are_refused() {
         assert_eq!(differences(&problem.resume(path.clone(), &mut ()).unwrap(), &path), 0);
     }
 }
+
+/// Why a run has ended is read as it was written, also where a number of it is none.
+#[test]
+fn endings_are_read_as_they_were_written() {
+    use rkpm::error::{Cause, Driven, Stalled};
+    let (folder, start) = (folder("endings"), State { displacement: vec![0.0], ..State::default() });
+    let causes = [
+        Cause::Rounding { now: 0.5, next: f64::NAN },
+        Cause::Rounding { now: f64::INFINITY, next: 0.5 },
+        Cause::Diverging { increment: f64::INFINITY },
+        Cause::StepLimited { factor: f64::NAN },
+        Cause::TimeError { error: f64::NAN, tolerance: 1e-4 },
+        Cause::TimeError { error: 0.5, tolerance: 1e-4 },
+    ];
+    for (number, cause) in causes.into_iter().enumerate() {
+        let file = folder.join(format!("{number}.jsonl"));
+        let stalled = Stalled { cause: cause.clone(), load: 0.5, largest_load: 0.5, driven: Driven::ByLoads };
+        let path = EquilibriumPath { ending: Ending::Stalled(stalled), ..EquilibriumPath::new(start.clone()) };
+        Journal::create(&file, &start).unwrap().close(&path).unwrap();
+        let Ending::Stalled(read) = Journal::read(&file).unwrap().ending else { panic!("{cause:?} is lost") };
+        // NaN stands for all that is no number.
+        let words = |cause: &Cause| format!("{cause:?}").replace("inf", "NaN");
+        assert_eq!(words(&read.cause), words(&cause));
+    }
+}

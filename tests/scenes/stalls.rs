@@ -249,3 +249,43 @@ fn a_surface_that_runs_into_held_particles_is_named() {
     let why = cause(&run(&scene, Scheme::default())).to_string();
     assert!(why.contains("plate ends") && why.contains("whose displacement is prescribed"), "{why}");
 }
+
+/// A law that counts its steps, and after two of them remembers something else.
+struct Forgetful(Rubber, f64);
+
+impl Material for Forgetful {
+    fn inner(&self) -> Option<&dyn Material> {
+        Some(&self.0)
+    }
+    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+        self.0.energy_from(f, past.split(1).1)
+    }
+    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+        self.0.response_from(f, past.split(1).1)
+    }
+    fn memory(&self) -> usize {
+        1
+    }
+    fn remember(&self, _: &Matrix3<f64>, past: Past<'_>, next: &mut [f64]) {
+        next[0] = if past.memory[0] < 2.0 { past.memory[0] + 1.0 } else { self.1 };
+    }
+}
+
+/// What is remembered of a step begins the next one, is written down and read: it is a number, or the run ends before.
+#[test]
+fn a_memory_that_is_no_number_ends_the_run() {
+    for (spoilt, steps) in [(5.0, 4), (f64::NAN, 2), (f64::INFINITY, 2)] {
+        let pulled = block(Forgetful(rubber(), spoilt)).hold(Side::Min).prescribe(Side::Max, 0, 0.2);
+        let problem = pulled.discretize(&Scheme::default().particles([5, 3]).stepping(Stepping::equal(4))).unwrap();
+        let path = problem.run().unwrap();
+        assert_eq!(path.steps.len(), steps, "{spoilt}");
+        if spoilt.is_finite() {
+            assert_eq!(path.ending, Ending::Completed);
+            continue;
+        }
+        assert!(matches!(cause(&path), Cause::Term(what) if what.contains("term 0") && what.contains("remember")));
+        let (mut equilibrium, mut state) = (problem.equilibrium().unwrap(), path.last().clone());
+        let refused = equilibrium.commit(path.last(), &mut state).unwrap_err();
+        assert!(matches!(refused, Cause::Term(_)), "{refused}");
+    }
+}
