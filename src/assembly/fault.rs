@@ -14,7 +14,7 @@ const ALIKE: f64 = 1.5e-8;
 pub(crate) fn fault(size: usize, layout: Layout, element: &Element) -> Option<&'static str> {
     let finite = |all: &[f64]| all.iter().all(|x| x.is_finite());
     let Element { residual, load_slope, matrix: entries, coupling, .. } = element;
-    let square = entries.is_empty() || entries.len() == size * size;
+    let square = entries.len() == size * size || entries.is_empty() && !element.with_matrix;
     if residual.len() != size || load_slope.len() != size || !square {
         return Some(
             "Term::linearize() changes the length of a buffer; keep the lengths in which they are handed over",

@@ -296,7 +296,9 @@ impl<'a> Equilibrium<'a> {
         let to = self.break_points.iter().find(inside).copied().unwrap_or(to);
         // A motion that returns within one step would not be seen: the step ends before.
         let to = self.motion_limit().until(from, to, self.smallest);
-        self.model.terms().iter().fold(to, |to, term| term.farthest_load(from, to))
+        // Terms shorten the way: none leads beyond, or back. One that says no number lets nothing pass.
+        let on_the_way = |load: f64, to: f64| load.max(from.min(to)).min(from.max(to));
+        self.model.terms().iter().fold(to, |to, term| on_the_way(term.farthest_load(from, to), to))
     }
 
     pub(super) fn motion_limit(&self) -> &MotionLimit<'a> {
@@ -353,8 +355,10 @@ impl<'a> Equilibrium<'a> {
         // Violations of equations over a boundary are lengths times areas.
         let off = self.violation.iter().zip(self.equations.equations());
         let violation: f64 = off.map(|(off, equation)| (off / equation.measure()).powi(2)).sum();
+        // What is no number is not settled, as max() would have it.
+        let left = norm(&imbalance) - self.rounding;
         Linearized {
-            residual: (norm(&imbalance) - self.rounding).max(0.0) / self.system.scale.max(f64::MIN_POSITIVE),
+            residual: if left < 0.0 { 0.0 } else { left } / self.system.scale.max(f64::MIN_POSITIVE),
             violation: violation.sqrt(),
             scale: self.system.scale,
             inertia: self.inertia,

@@ -12,6 +12,7 @@ use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
 use rkpm::scene::{StagePath, Stages};
 use rkpm::solve::{Cause, Following, Functional, Newton, StepControl};
+use rkpm::term::{Element, View};
 use std::sync::Arc;
 
 fn cause(path: &EquilibriumPath) -> Cause {
@@ -288,4 +289,57 @@ fn a_memory_that_is_no_number_ends_the_run() {
         let refused = equilibrium.commit(path.last(), &mut state).unwrap_err();
         assert!(matches!(refused, Cause::Term(_)), "{refused}");
     }
+}
+
+/// A term without forces that breaks a promise of its trait.
+struct Strays(usize);
+
+impl Term for Strays {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn nodes(&self, _: usize) -> &[u32] {
+        &[3, 7]
+    }
+    fn linearize(&self, _: usize, _: View<'_>, out: &mut Element) {
+        if self.0 == 1 {
+            out.matrix.clear();
+        }
+    }
+    fn farthest_load(&self, from: f64, to: f64) -> f64 {
+        match self.0 {
+            2 => 5.0,
+            3 => from - 1.0,
+            4 => f64::NAN,
+            _ => to,
+        }
+    }
+    fn rounding(&self) -> [f64; 2] {
+        if self.0 == 5 { [f64::NAN; 2] } else { [0.0; 2] }
+    }
+}
+
+/// Terms of one's own that break their promises are named, or have no effect: no run goes beyond its load, none takes for settled what is
+/// no number.
+#[test]
+fn broken_promises_of_terms_lead_nowhere_else() {
+    let run = |how: Option<usize>| {
+        let mut problem = block(rubber())
+            .hold(Side::Min)
+            .traction(Side::Max, [0.2, 0.0])
+            .discretize(&Scheme::default().particles([5, 3]).stepping(Stepping::equal(2)))
+            .unwrap();
+        how.map(|how| problem.add(Strays(how)));
+        problem.run()
+    };
+    let right = run(None).unwrap().completed().unwrap();
+    for how in [0, 2] {
+        let path = run(Some(how)).unwrap().completed().unwrap();
+        assert_eq!(path.last().load, 1.0);
+        assert_eq!(path.last().displacement, right.last().displacement, "{how}");
+    }
+    for how in [1, 3, 4, 5] {
+        assert!(!run(Some(how)).is_ok_and(|path| path.ending == Ending::Completed), "{how}");
+    }
+    assert!(run(Some(1)).unwrap_err().to_string().contains("length of a buffer"));
 }
