@@ -79,6 +79,26 @@ enum Line<'a> {
     },
 }
 
+impl Line<'_> {
+    /// Refuses a state that could not be read back: JSON has no word for numbers that are not finite.
+    fn check(&self) -> std::io::Result<()> {
+        let state = match self {
+            Line::Start { state, .. } => *state,
+            Line::Step(step) => &step.state,
+            Line::End { .. } => return Ok(()),
+        };
+        let State { displacement, condensed, multipliers, load, .. } = state;
+        let mut all = displacement.iter().chain(condensed.iter().flatten()).chain(multipliers).chain([load]);
+        match all.find(|number| !number.is_finite()) {
+            None => Ok(()),
+            Some(number) => Err(std::io::Error::new(
+                std::io::ErrorKind::InvalidInput,
+                format!("a number of the state is {number}: only finite ones can be read back and gone on with"),
+            )),
+        }
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Record {
@@ -114,7 +134,7 @@ impl Journal {
     ///
     /// # Errors
     /// [`OutputError::Io`] where the file exists — it may be all that is left of a run: resume or remove
-    /// it — and where the file system refuses.
+    /// it —, where a number of the state is not finite, and where the file system refuses.
     pub fn create(path: impl AsRef<FilePath>, start: &State) -> Result<Self, OutputError> {
         Journal::create_for(path.as_ref(), None, start)
     }
@@ -227,6 +247,7 @@ impl Journal {
 
     /// Appends a record in one piece.
     fn append(&mut self, record: &Line<'_>) -> std::io::Result<()> {
+        record.check()?;
         self.line.clear();
         self.line.extend_from_slice(BEFORE.as_bytes());
         self.line.extend_from_slice(&[b'0'; DIGITS]);

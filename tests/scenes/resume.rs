@@ -424,3 +424,31 @@ fn endings_are_read_as_they_were_written() {
         assert_eq!(words(&read.cause), words(&cause));
     }
 }
+
+/// What could not be read back is not written: a journal whose states are no numbers has no file, or ends with the step before.
+#[test]
+fn states_that_are_no_numbers_are_not_written() {
+    let folder = folder("numbers");
+    let state = |number| State { displacement: vec![0.0], condensed: vec![vec![number]], ..State::default() };
+    let step = |number| rkpm::solve::Step {
+        state: state(number),
+        iterations: 1,
+        rejected: 0,
+        energy: f64::NAN,
+        inertia: None,
+        unstable: None,
+        critical: Vec::new(),
+        diagnostics: Default::default(),
+        doubts: Vec::new(),
+        control_state: Default::default(),
+    };
+    for number in [f64::NAN, f64::INFINITY] {
+        let file = folder.join(format!("{number}.jsonl"));
+        assert!(matches!(Journal::create(&file, &state(number)), Err(OutputError::Io { .. })) && !file.exists());
+        let mut journal = Journal::create(&file, &state(0.0)).unwrap();
+        assert!(journal.step(&step(0.5)).is_continue() && journal.step(&step(number)).is_break());
+        let refused = journal.close(&EquilibriumPath::new(state(0.0))).unwrap_err();
+        assert!(refused.to_string().contains("only finite ones"), "{refused}");
+        assert_eq!(Journal::read(&file).unwrap().steps.len(), 1);
+    }
+}
