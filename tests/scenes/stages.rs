@@ -358,3 +358,46 @@ fn a_contact_that_is_taken_away_leaves_no_bond() {
     let held = last.problem.reaction(last.path.last(), Place::on((1, Side::Min)).of("lower")).unwrap();
     assert_abs_diff_eq!(held.norm(), 0.0, epsilon = 1e-8);
 }
+
+/// What was moved before a rough surface or another rough body was there has not slipped on it: pressed after a shift both carry what
+/// they carry without the shift. A rough plate in place of one that has dragged leaves what that carried.
+#[test]
+fn slips_begin_where_bodies_meet() {
+    let tenths = scheme().stepping(Stepping { first: 0.1, largest: 0.1, ..Stepping::default() });
+    let plate =
+        |from: [f64; 2], by: [f64; 2]| RigidSurface::plane(from, [0.0, -1.0]).moving(by).friction(0.3).named("plate");
+    let forces = |stages: Stages<2>| -> Vec<Point<2>> {
+        let force =
+            |stage: &StagePath<2>| stage.problem.contact(stage.path.last(), "plate").map(|contact| contact.force);
+        stages.run(&tenths).unwrap().iter().filter_map(|stage| force(stage).ok()).collect()
+    };
+    let press = move |at: f64| plate([at, 1.0], [0.05, -0.1]);
+    let at_once = forces(Stages::new("press", block().contact((1, Side::Max), press(0.0))));
+    let base = Condition::on((1, Side::Min)).displacement([0.5, 0.0]);
+    let free = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).with(base);
+    let later = Stages::new("shift", free).then("press", move |scene| scene.contact((1, Side::Max), press(0.5)));
+    assert_abs_diff_eq!(forces(later)[0], at_once[0], epsilon = 1e-6 * at_once[0].norm());
+
+    let [from, by] = [[0.0, 1.0], [0.3, -0.1]];
+    let dragged = forces(
+        Stages::new("drag", block().contact((1, Side::Max), plate(from, by)))
+            .then("replace", move |scene| scene.without("plate").contact((1, Side::Max), plate([0.3, 0.9], [0.0; 2]))),
+    );
+    assert!(dragged[0][0] > 0.1);
+    assert_abs_diff_eq!(dragged[0], dragged[1], epsilon = 1e-6 * dragged[0].norm());
+
+    let low = || Place::on((1, Side::Max)).of("low");
+    let two = |aside: f64| {
+        Scene::assembly(PlaneStrain)
+            .body("low", Block::new([-1.0, 0.0], [3.0, 1.0]), rubber())
+            .body("high", Block::new([0.5 - aside, 1.0], [1.5 - aside, 2.0]), rubber())
+            .unbonded("low", "high")
+            .hold(Place::on((1, Side::Min)).of("low"))
+    };
+    let pushed = |by: [f64; 2]| Condition::on(Place::on((1, Side::Max)).of("high")).displacement(by).named("push");
+    let rough = move || ContactPair::between(low(), Place::on((1, Side::Min)).of("high"), "plate").friction(0.3);
+    let at_once = forces(Stages::new("press", two(0.0).with(pushed([0.05, -0.1])).contact_pair(rough())));
+    let later = Stages::new("shift", two(0.4).with(pushed([0.4, 0.0])))
+        .then("press", move |scene| scene.without("push").with(pushed([0.45, -0.1])).contact_pair(rough()));
+    assert_abs_diff_eq!(forces(later)[0], at_once[0], epsilon = 1e-5 * at_once[0].norm());
+}

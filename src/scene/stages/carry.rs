@@ -10,7 +10,7 @@ use crate::error::{Error, Incompatible};
 use crate::linear::vector::dot;
 use crate::scene::Problem;
 use crate::solve::State;
-use crate::term::{Amplitude, Element, Layout, Term, View};
+use crate::term::{Amplitude, Element, Layout, Term, View, parted_mut};
 
 /// Iterations of conjugate gradients for the forces that conditions carry; each condition takes a few.
 const MOST: usize = 2000;
@@ -37,12 +37,24 @@ pub(super) fn start<const D: usize>(
             next.condensed[contact.term].clone_from(given);
         }
     }
+    begin_slips(problem, &mut next);
     begin_at(&mut problem.equations, &next.displacement);
     let left = carry_multipliers(before, state, problem, &mut next)?;
     let nodes: Vec<[u32; 1]> = (0..problem.model.node_count() as u32).map(|node| [node]).collect();
     problem.model.add_replicated(Arc::new(Fading::<D> { nodes, forces: left }));
     next.condensed = pad(next.condensed, problem.model.start());
     Ok(next)
+}
+
+/// Lets slips begin where the bodies are: what has moved past a surface before it was there has not slipped on it. Contacts that go on
+/// remember the same state.
+fn begin_slips<const D: usize>(problem: &Problem<D>, next: &mut State) {
+    for contact in &problem.contacts {
+        let term = &*problem.model.terms()[contact.term];
+        let own = next.condensed[contact.term].clone();
+        let view = View { displacement: &next.displacement, condensed: &own, load: next.load };
+        term.update(view, parted_mut(term, &mut next.condensed[contact.term]).1);
+    }
 }
 
 /// The same with the condensed unknowns of terms that were added.
