@@ -205,3 +205,26 @@ fn straight_ways_are_gone_in_one_step() -> Result<(), rkpm::Error> {
     assert!(path.steps.len() >= 400, "{}", path.steps.len());
     Ok(())
 }
+
+/// Amplitudes and motions that end where the load begins, as roots and powers do, lead where a ramp leads.
+#[test]
+fn amplitudes_may_end_where_the_load_begins() {
+    let tip = |load: Load<2>| {
+        let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+            .hold((1, Side::Min))
+            .with(load);
+        let problem = scene.discretize(&Scheme::default().particles([7, 5])).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        problem.displacement(path.last(), &[2.0, 1.0].into()).unwrap()
+    };
+    let pressure = || Load::pressure((1, Side::Max), 0.1);
+    let ramp = tip(pressure());
+    let power = |exponent: f64| Amplitude::Function(std::sync::Arc::new(move |load: f64| load.powf(exponent)));
+    for exponent in [0.5, 1.5] {
+        let motion =
+            Load::pressure((1, Side::Max), Value::motion(move |_: &Point<2>, load: f64| 0.1 * load.powf(exponent)));
+        for load in [pressure().amplitude(power(exponent)), motion] {
+            assert_abs_diff_eq!(tip(load), ramp, epsilon = 1e-9);
+        }
+    }
+}

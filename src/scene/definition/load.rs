@@ -3,11 +3,13 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::each::{EachOf, list_of};
+use crate::each::{EachOf, list_of, point_of};
 use crate::error::SolveError;
 use crate::geometry::{Mat3, Point, Vec3, padded, vector};
 use crate::material::{Material, Past};
-use crate::term::{Amplitude, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity};
+use crate::term::{
+    Amplitude, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity, difference,
+};
 
 use crate::scene::{Place, Value};
 
@@ -190,7 +192,11 @@ impl ByAmplitude<'_> {
         let value = (self.at)(factor);
         if self.moves {
             let [low, high] = [(self.at)(factor - DIFFERENCE), (self.at)(factor + DIFFERENCE)];
-            return [value, (high - low) * (slope / (2.0 * DIFFERENCE))];
+            let by_component = |i: usize| {
+                let (change, steps) = difference([low[i], value[i], high[i]]);
+                change * (slope / (steps * DIFFERENCE))
+            };
+            return [value, point_of(by_component)];
         }
         [value * factor, value * slope]
     }
