@@ -102,12 +102,19 @@ pub enum BoundaryError {
         /// The name.
         name: String,
     },
-    /// A condition has the name of a rigid body, or of a part on which another condition is.
+    /// A condition has the name of a part on which another one is.
     #[error(
-        "the condition on {place} has the name of the part {name} with another condition, or of a rigid body: results are found by that \
-         name; give it another one"
+        "the condition on {place} has the name of the part {name}, on which another condition is: give it another name"
     )]
     NameOfPart {
+        /// The name.
+        name: String,
+        /// Where the condition is.
+        place: String,
+    },
+    /// A condition elsewhere has the name of a rigid body.
+    #[error("the condition on {place} has the name of the rigid body {name}: give it another name")]
+    NameOfBody {
         /// The name.
         name: String,
         /// Where the condition is.

@@ -159,6 +159,10 @@ fn conditions() -> Misuses {
             sound().name("base", BOTTOM).hold("base").with(on(TOP).component(0, 0.1).named("base")),
             "the name of the part base",
         ),
+        (
+            sound().rigid("plate", TOP).with(on(BOTTOM).component(0, 0.0).named("plate")),
+            "the name of the rigid body plate",
+        ),
         (sound().without("press"), "press"),
         (sound().move_on("plate", [0.0, 0.1]), "plate"),
     ]

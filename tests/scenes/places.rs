@@ -167,3 +167,39 @@ fn states_at_loads_are_equilibria_of_the_same_path() {
     }
     assert!(problem.states_at(&path, &[1.2]).is_err());
 }
+
+/// Some of a named face is asked for as some of the face itself; what lies within two predicates lies within each of them.
+#[test]
+fn some_of_a_named_part_is_found_by_it() {
+    let left = Place::on("top").within(|x: &Point<2>| x[0] < 1.0);
+    let corner = left.clone().within(|x: &Point<2>| x[0] < 0.5);
+    for (held, asked) in [(&left, vec![&left]), (&corner, vec![&corner, &left])] {
+        let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+            .name("top", (1, Side::Max))
+            .hold((1, Side::Min))
+            .with(Condition::on(held.clone()).displacement([0.1, 0.0]));
+        let problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        let base = problem.reaction(path.last(), (1, Side::Min)).unwrap();
+        for place in asked {
+            let force = problem.reaction(path.last(), place.clone()).unwrap();
+            assert_abs_diff_eq!(force, -base, epsilon = 1e-8);
+        }
+    }
+}
+
+/// A condition with the name of its own part hides no other condition there.
+#[test]
+fn a_condition_named_as_its_part_hides_no_other() {
+    let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+        .name("top", (1, Side::Max))
+        .hold((1, Side::Min))
+        .with(Condition::on("top").component(0, 0.2).named("top"))
+        .prescribe("top", 1, -0.1);
+    let problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
+    let of = |place: Place<2>| problem.reaction(path.last(), place).unwrap();
+    let (top, base) = (of("top".into()), of((1, Side::Min).into()));
+    assert!(base[0].abs() > 0.01 && base[1].abs() > 0.01);
+    assert_abs_diff_eq!(top, -base, epsilon = 1e-8);
+}

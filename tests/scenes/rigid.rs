@@ -205,3 +205,21 @@ fn rotation_vectors_are_those_of_the_turn() {
     assert_abs_diff_eq!(found * found.dot(&axis).signum(), axis * pi, epsilon = 1e-14);
     assert_eq!(vector(Matrix3::identity()), Vector3::zeros());
 }
+
+/// A condition may have the name of its rigid body: by it results are what the body exerts, once.
+#[test]
+fn a_condition_named_as_its_rigid_body_counts_once() {
+    let push = || Condition::on("plate").displacement([0.1, -0.1]);
+    let answer = |condition| {
+        let problem = block().rigid("plate", (1, Side::Max)).with(condition).discretize(&schemes()[0]).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        let history = problem.history(&path).unwrap();
+        let moment = problem.moment(path.last(), "plate", [1.0, 1.0]).unwrap()[2];
+        (problem.reaction(path.last(), "plate").unwrap(), moment, history.header.len())
+    };
+    let (own, other) = (answer(push().named("plate")), answer(push()));
+    assert!(other.0.norm() > 0.1);
+    assert_abs_diff_eq!(own.0, other.0, epsilon = 1e-9);
+    assert_abs_diff_eq!(own.1, other.1, epsilon = 1e-9);
+    assert_eq!(own.2, other.2);
+}

@@ -184,18 +184,24 @@ fn check_names<const D: usize>(scene: &Scene<D>) -> Result<(), BoundaryError> {
     Ok(())
 }
 
-/// Refuses the name of a part for a condition elsewhere, where another condition is on that part, and the name of a rigid body: results
-/// are asked for by either.
+/// Refuses the name of a part for a condition elsewhere, where another condition is on that part, and that of a rigid body: results are
+/// asked for by either.
 fn tell_apart<const D: usize>(scene: &Scene<D>) -> Result<(), BoundaryError> {
     let rigid = scene.rigid_names();
     for condition in &scene.conditions {
         let Some(name) = &condition.name else { continue };
+        let (there, place) = (scene.resolve(&condition.place), || condition.place.to_string());
+        if rigid.contains(&name.as_str()) {
+            let body = scene.rigid_at(&there).map(|(number, _)| rigid[number]);
+            ensure!(body == Some(name.as_str()), BoundaryError::NameOfBody { name: name.clone(), place: place() });
+            continue;
+        }
         let part = scene.resolve(&Place::from(name.as_str()));
-        let is_there = |other: &Condition<D>| part.takes_in(&scene.resolve(&other.place));
-        let hidden = |other: &Condition<D>| other.name.as_ref() != Some(name) && is_there(other);
+        let hidden =
+            |other: &Condition<D>| other.name.as_ref() != Some(name) && part.takes_in(&scene.resolve(&other.place));
         ensure!(
-            !rigid.contains(&name.as_str()) && (is_there(condition) || !scene.conditions.iter().any(hidden)),
-            BoundaryError::NameOfPart { name: name.clone(), place: condition.place.to_string() }
+            part.takes_in(&there) || !scene.conditions.iter().any(hidden),
+            BoundaryError::NameOfPart { name: name.clone(), place: place() }
         );
     }
     Ok(())

@@ -105,7 +105,9 @@ pub(crate) fn frames<const D: usize>(
         let Some((number, point)) = scene.rigid_at(&place) else { continue };
         let first = equations.len();
         frames[number].prescribe(equations, condition, point, revolved)?;
-        let (name, nodes) = (condition.name.clone(), frames[number].nodes());
+        // By the name of the body results are those of its parts, which carry what its conditions do.
+        let own = condition.name.clone().filter(|name| *name != frames[number].name);
+        let (name, nodes) = (own, frames[number].nodes());
         placed.push(Placed { name, place, equations: first..equations.len(), nodes });
     }
     Ok(frames)

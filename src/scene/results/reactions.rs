@@ -343,24 +343,26 @@ impl<const D: usize> Problem<D> {
         }
     }
 
-    /// The conditions of a name, or else those at a place; of one body where the place is.
+    /// The conditions of a name, or else those at a place, both where one of them has the name of its place; of one body where the place
+    /// is.
     pub(in crate::scene) fn placed_at(&self, requested: &Place<D>) -> Vec<&Placed<D>> {
+        let mut place = resolve(&self.names, requested);
+        let body = place.of.take();
         let nodes = |name: &String| Some(&self.discrete_bodies.iter().find(|body| body.name == *name)?.nodes);
         // What acts on all bodies has rows on each of them.
-        let of = |placed: &Placed<D>, body: &Option<String>| {
-            body.as_ref().is_none_or(|name| placed.place.of == *body || nodes(name) == Some(&placed.nodes))
+        let is_of = |placed: &&Placed<D>| {
+            body.as_ref().is_none_or(|name| placed.place.of == body || nodes(name) == Some(&placed.nodes))
         };
-        if let Spot::Part(Part::Named(name)) = &requested.spot {
-            let named =
-                self.placed.iter().filter(|placed| placed.name.as_ref() == Some(name) && of(placed, &requested.of));
-            let named: Vec<_> = named.collect();
-            if !named.is_empty() {
-                return named;
-            }
+        let is_there = |placed: &&Placed<D>| place.takes_in(&placed.place) && is_of(placed);
+        let has_name = |placed: &&Placed<D>| match &requested.spot {
+            Spot::Part(Part::Named(name)) => placed.name.as_ref() == Some(name) && is_of(placed),
+            _ => false,
+        };
+        let named: Vec<_> = self.placed.iter().filter(has_name).collect();
+        if !named.is_empty() && !named.iter().any(is_there) {
+            return named;
         }
-        let mut requested = resolve(&self.names, requested);
-        let body = requested.of.take();
-        self.placed.iter().filter(|placed| requested.takes_in(&placed.place) && of(placed, &body)).collect()
+        self.placed.iter().filter(|placed| has_name(placed) || is_there(placed)).collect()
     }
 
     /// The rows of a name or at a place.
