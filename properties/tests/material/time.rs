@@ -486,3 +486,38 @@ fn steps_of_laws_that_remember_are_hyperelastic() {
         assert_abs_diff_eq!(respond(&Matrix3::identity(), &rest, 1.0).0[..], [0.0; 9][..], epsilon = 1e-15);
     }
 }
+
+/// Sheets that remember have the thickness that their history leaves them: that of the body with free faces.
+#[test]
+fn thickness_follows_from_the_history() {
+    let soft = || Rubber::neo_hookean(A10, 2.0).unwrap();
+    let course = || Amplitude::table(vec![(0.0, 0.0), (0.5, 1.0), (1.0, 0.3)]).unwrap();
+    let stepping = Stepping { time_tolerance: f64::INFINITY, ..Stepping::equal(20) };
+    let laws: [Arc<dyn Material>; 2] = [
+        Arc::new(Viscoelastic::new(soft(), Prony::of_instantaneous([(0.6, 1.0)]).unwrap())),
+        Arc::new(Mullins::new(soft(), 1.5, 0.05, 0.1).unwrap()),
+    ];
+    for law in laws {
+        let pull = || Condition::on((0, Side::Max)).component(0, 1.0).amplitude(course());
+        let sheet = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStress { thickness: 1.0 }, law.clone())
+            .prescribe((0, Side::Min), 0, 0.0)
+            .prescribe((1, Side::Min), 1, 0.0)
+            .with(pull())
+            .over_time(3.0);
+        let body = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, law)
+            .prescribe((0, Side::Min), 0, 0.0)
+            .prescribe((1, Side::Min), 1, 0.0)
+            .prescribe((2, Side::Min), 2, 0.0)
+            .with(Condition::on((0, Side::Max)).component(0, 1.0).amplitude(course()))
+            .over_time(3.0);
+        let sheet = sheet.discretize(&Scheme::default().particles([3, 3]).stepping(stepping)).unwrap();
+        let body = body.discretize(&Scheme::default().particles([3, 3, 3]).stepping(stepping)).unwrap();
+        let (flat, thick) = (sheet.run().unwrap().completed().unwrap(), body.run().unwrap().completed().unwrap());
+        for (a, b) in flat.steps.iter().zip(&thick.steps) {
+            let f = |of: Vec<Matrix3<f64>>| of[0][(2, 2)];
+            let across = f(sheet.deformation_gradients(&a.state).unwrap());
+            let other = f(body.deformation_gradients(&b.state).unwrap());
+            assert!(abs_diff_eq!(across, other, epsilon = 1e-6), "{}: {across} {other}", a.state.load);
+        }
+    }
+}

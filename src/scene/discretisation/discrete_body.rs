@@ -83,7 +83,8 @@ impl<const D: usize> DiscreteBody<D> {
         if given < needed { Err(SolveError::OtherModel { what, given, needed }) } else { Ok(()) }
     }
 
-    /// Deformation gradients at the points of the body's table.
+    /// Deformation gradients at the points of the body's table; in a sheet with the thickness that its law leaves it without a history, see
+    /// [`Problem::deformation_gradients`](crate::scene::Problem::deformation_gradients).
     ///
     /// # Errors
     /// [`SolveError::OtherModel`] for a state of another problem.
