@@ -58,7 +58,8 @@ impl<const D: usize> Problem<D> {
     /// Cauchy stress recovered at the particles ([`stress_field`](Problem::stress_field); where ranks share the scene averaged there), its
     /// mean \[stress, positive in tension\] and von Mises' equivalent $\sqrt{\tfrac32\\,\mathbf s:\mathbf s}$. Volumes of a mesh that are
     /// rigid bodies stand beside them, without stresses. Cells have the number of their body, counted from 0, and the least ratio of a
-    /// corner's current to its reference volume, times the mean stretch of hoops or thickness, which is negative where a cell has folded.
+    /// corner's current to its reference volume, that of its ring in bodies of revolution and with its thickness in sheets; it is negative
+    /// where a cell has folded.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -143,23 +144,10 @@ impl ProblemView<'_> {
             of_cell.resize(cells.len(), surface.body as i64);
         }
         let current: Vec<Vec3> = positions.paired(&displacements, |x, u| x + u);
-        // Stretches along axes that particles do not have: of hoops, of the thickness.
-        let mut across = Vec::new();
-        for (number, body) in self.bodies.iter().enumerate() {
-            let gradients = body.settled_gradients(number, state);
-            across.extend(gradients.iter().enumerate().map(|(point, f)| {
-                let rest = body.at_rest(point);
-                Mat3::repeat((dim..3).map(|axis| f[(axis, axis)] / rest[(axis, axis)]).product())
-            }));
-        }
-        let across = self.at_particles(&across);
-        let ratio = |cell: &VtkCell| {
-            let corners = cell.corners();
-            let stretch =
-                corners.summed(|&corner| across.get(corner).map_or(1.0, |mean| mean[(0, 0)])) / corners.len() as f64;
-            Some(stretch * volume_ratio(dim, cell, &positions, &current)?)
-        };
-        let ratios: Option<Vec<f64>> = cells.iter().map(ratio).collect();
+        let hoops = self.bodies.first().map_or(0, |body| body.hoops().len());
+        let (places, across) = ([&positions[..], &current[..]], self.stretches_across(state));
+        let ratios: Option<Vec<f64>> =
+            cells.iter().map(|cell| volume_ratio((dim, hoops), cell, places, &across)).collect();
         let mut stresses = match self.model.ranks() {
             None => self.recovered_at_particles(state)?,
             Some(_) => self.at_particles(&self.stresses(state)?),
@@ -183,8 +171,13 @@ impl ProblemView<'_> {
     }
 }
 
-/// The least ratio of the volumes that the edges at a corner of a cell span; none for shapes without such corners.
-fn volume_ratio(dim: usize, cell: &VtkCell, positions: &[Vec3], current: &[Vec3]) -> Option<f64> {
+/// The least ratio of the volumes that the edges at a corner of a cell span, at rest and now; none for shapes without such corners.
+fn volume_ratio(
+    (dim, hoops): (usize, usize),
+    cell: &VtkCell,
+    [positions, current]: [&[Vec3]; 2],
+    across: &[f64],
+) -> Option<f64> {
     let shape = match (dim, cell) {
         (1, VtkCell::Line(_)) => CellShape::Line,
         (2, VtkCell::Triangle(_)) => CellShape::Triangle,
@@ -203,7 +196,15 @@ fn volume_ratio(dim: usize, cell: &VtkCell, positions: &[Vec3], current: &[Vec3]
         }
         spanned(&ways)
     };
-    let ratio = |corner: usize| volume(current, corner) / volume(positions, corner);
+    // What the edges span goes around with the radius of its middle, along each hoop.
+    let radius = |x: &[Vec3], corner: usize| {
+        let around = &shape.neighbours()[corner][..dim];
+        around.iter().fold(x[corners[corner]][0], |sum, &other| sum + x[corners[other]][0])
+    };
+    let ratio = |corner: usize| {
+        let ring = (0..hoops).fold(1.0, |ring, _| ring * radius(current, corner) / radius(positions, corner));
+        ring * across.get(corners[corner]).unwrap_or(&1.0) * volume(current, corner) / volume(positions, corner)
+    };
     Some((0..corners.len()).map(ratio).fold(f64::INFINITY, f64::min))
 }
 

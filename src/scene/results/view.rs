@@ -429,6 +429,23 @@ impl ProblemView<'_> {
         all
     }
 
+    /// The stretch across the sheet at each particle, its free expansion included; nothing where the bodies are no sheets.
+    pub(super) fn stretches_across(&self, state: &State) -> Vec<f64> {
+        if !self.bodies.iter().any(|body| body.is_sheet()) {
+            return Vec::new();
+        }
+        let mut across = self.deformation_gradients(state);
+        let mut first = 0;
+        for body in &self.bodies {
+            for point in 0..body.weights().len() {
+                let f = &mut across[first + point];
+                *f = Mat3::repeat(f[(2, 2)] / body.at_rest(point)[(2, 2)]);
+            }
+            first += body.weights().len();
+        }
+        self.at_particles(&across).mapped(|mean| mean[(0, 0)])
+    }
+
     /// Pressures at the points of the bodies' tables; none where a law tells none.
     pub(crate) fn pressures(&self, state: &State) -> Option<Vec<f64>> {
         let mut all = Vec::new();
