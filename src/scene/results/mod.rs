@@ -9,6 +9,7 @@ pub(super) mod neutral_motion;
 pub(super) mod picture;
 pub(super) mod reactions;
 pub(super) mod recovery;
+mod restricted;
 pub(super) mod rigid_motion;
 pub(super) mod runs;
 pub(super) mod surface;
