@@ -3,6 +3,7 @@
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rkpm::error::MeshError;
 use rkpm::geometry::{Block as BlockOf, Outline as Drawn, Point, Region as RegionOf, Turn};
 use rkpm::mesh::{CellShape, Mesh as MeshOf};
 use rkpm::scene::Geometry;
@@ -287,12 +288,15 @@ impl Mesh {
         let mut count = 0;
         for (name, corners) in cells.iter() {
             let name: String = name.extract()?;
-            let Some(shape) = shape(&name) else {
+            let Some((shape, needed)) = shape(&name) else {
                 return Err(Error::new_err(format!(
                     "mesh: no cells {name:?}; give vertex, line, triangle, quad, tetra, hexahedron or wedge"
                 )));
             };
-            let (corners, _) = table(&corners, "cells", |v: i64| usize::try_from(v).unwrap_or(usize::MAX))?;
+            let (corners, width) = table(&corners, "cells", |v: i64| usize::try_from(v).unwrap_or(usize::MAX))?;
+            if width != needed {
+                return Err(Error::new_err(format!("mesh: {name} cells of {width} corners, give {needed} for each")));
+            }
             first.push((name, count));
             count += corners.len();
             blocks.push((shape, corners.into_iter().flatten().collect()));
@@ -315,7 +319,10 @@ impl Mesh {
             .any(|(shape, _)| matches!(shape, CellShape::Tetrahedron | CellShape::Hexahedron | CellShape::Prism));
         Ok(Mesh(match solid {
             true => AnyMesh::Three(MeshOf::new(positions(&points, width)?, &blocks, &named).map_err(refused)?),
-            false => AnyMesh::Two(MeshOf::new(positions(&points, width)?, &blocks, &named).map_err(refused)?),
+            false => {
+                level(&points, &blocks)?;
+                AnyMesh::Two(MeshOf::new(positions(&points, width)?, &blocks, &named).map_err(refused)?)
+            }
         }))
     }
 
@@ -327,7 +334,8 @@ impl Mesh {
             // A mesh of the plane has no cells of space.
             Err(error) => match MeshOf::<2>::read(&file) {
                 Ok(mesh) => Ok(Mesh(AnyMesh::Two(mesh))),
-                Err(_) => Err(refused(error)),
+                // What is wrong with a mesh of the plane, but that it is one.
+                Err(flat) => Err(refused(if matches!(error, MeshError::Dimension { .. }) { flat } else { error })),
             },
         })
     }
@@ -395,17 +403,36 @@ const GROUPS: &str = "mesh: give groups as {name: {shape: numbers of cells}}";
 const VTK: [(u32, &str); 7] =
     [(1, "vertex"), (3, "line"), (5, "triangle"), (9, "quad"), (10, "tetra"), (12, "hexahedron"), (13, "wedge")];
 
-fn shape(name: &str) -> Option<CellShape> {
+/// A shape by its name, and how many corners it has.
+fn shape(name: &str) -> Option<(CellShape, usize)> {
     Some(match name {
-        "vertex" => CellShape::Vertex,
-        "line" => CellShape::Line,
-        "triangle" => CellShape::Triangle,
-        "quad" => CellShape::Quadrangle,
-        "tetra" => CellShape::Tetrahedron,
-        "hexahedron" => CellShape::Hexahedron,
-        "wedge" => CellShape::Prism,
+        "vertex" => (CellShape::Vertex, 1),
+        "line" => (CellShape::Line, 2),
+        "triangle" => (CellShape::Triangle, 3),
+        "quad" => (CellShape::Quadrangle, 4),
+        "tetra" => (CellShape::Tetrahedron, 4),
+        "hexahedron" => (CellShape::Hexahedron, 8),
+        "wedge" => (CellShape::Prism, 6),
         _ => return None,
     })
+}
+
+/// Refuses triangles and quadrangles on a surface in space: its third coordinate would be dropped.
+fn level(points: &[Vec<f64>], blocks: &[(CellShape, Vec<usize>)]) -> PyResult<()> {
+    let faces = blocks.iter().filter(|(shape, _)| matches!(shape, CellShape::Triangle | CellShape::Quadrangle));
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for point in faces.flat_map(|(_, corners)| corners).filter_map(|&corner| points.get(corner)) {
+        for (axis, value) in point.iter().take(3).enumerate() {
+            (low[axis], high[axis]) = (low[axis].min(*value), high[axis].max(*value));
+        }
+    }
+    let extent = |axis: usize| (high[axis] - low[axis]).max(0.0);
+    if extent(2) > 1e-9 * extent(0).max(extent(1)) {
+        return Err(Error::new_err(
+            "mesh: triangles or quads on a surface in space; draw the body in a plane z = const, or give its volumes",
+        ));
+    }
+    Ok(())
 }
 
 /// The rows of an array of two dimensions and its width.
@@ -433,7 +460,14 @@ pub(crate) fn numbers<'py, T: numpy::Element>(
 ) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
     let numpy = given.py().import("numpy")?;
     let array = numpy.call_method1("asarray", (given,))?;
-    let array = array.call_method1("astype", (T::get_dtype(given.py()),));
+    if array.getattr("dtype")?.getattr("kind")?.extract::<String>()? == "b" {
+        return Err(mistyped(format!("{what}: give numbers in place of marks, those of numpy.flatnonzero")));
+    }
+    // Parts of numbers are not dropped: neither fractions nor imaginary parts. An empty list is of any type.
+    let casting = if array.getattr("size")?.extract::<usize>()? == 0 { "unsafe" } else { "same_kind" };
+    let keywords = PyDict::new(given.py());
+    keywords.set_item("casting", casting)?;
+    let array = array.call_method("astype", (T::get_dtype(given.py()),), Some(&keywords));
     let array = array.map_err(|_| mistyped(format!("{what}: give an array of numbers")))?;
     array.extract().map_err(|_| mistyped(format!("{what}: give an array of numbers")))
 }

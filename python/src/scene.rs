@@ -144,6 +144,9 @@ impl Scene {
         let geometry = AnyGeometry::of(geometry)?;
         let given = geometry.dimension();
         let material = law.material;
+        if particles.is_some() && spacing.is_some() {
+            return Err(Error::new_err(format!("body {name:?}: give particles or spacing, not both")));
+        }
         let counts = particles.map(crate::scheme::counts).transpose()?;
         let own = move |scheme: Scheme| match (&counts, spacing) {
             (Some(counts), _) => scheme.particles(counts.clone()),
@@ -364,6 +367,9 @@ impl Scene {
         fit: bool,
     ) -> PyResult<Self> {
         let (first, second) = (Place::of(first)?, second.map(Place::of).transpose()?);
+        if fit && second.is_none() {
+            return Err(mistyped("contact_between: fit needs two parts that begin inside each other"));
+        }
         let inner = changed!(self, scene => match (&second, fit) {
             (Some(second), true) => scene.press_fit(first.to()?, second.to()?, name),
             (Some(second), false) => scene.contact_between(first.to()?, second.to()?, name),
@@ -426,6 +432,9 @@ impl Scene {
         of: Option<&Bound<'_, PyAny>>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Py<Path>> {
+        if of.is_some() && within.is_none() {
+            return Err(Error::new_err("solve: of says what is to be known within an error, give within too"));
+        }
         let choices = Choices { spacing, order, elements, dilation, seed, steps, arc_length };
         let scheme = choices.scheme(particles)?;
         let mut watch = Watch::new(progress, Faults::new(self.faults.iter().cloned()));

@@ -49,6 +49,10 @@ SCENE = rkpm.Scene(BLOCK, LAW).hold((0, "min")).move((0, "max"), [0.5, 0], name=
     (lambda: rkpm.Solid.stl("/nowhere.stl"), "nowhere"),
     (lambda: rkpm.Mesh([[0, 0]], {"hexagon": [[0]]}), "no cells"),
     (lambda: rkpm.Mesh([[0, 0], [1, 0], [0, 1]], {"triangle": [[0, 1, 7]]}), "7|exist"),
+    (lambda: rkpm.Mesh(np.eye(4), {"triangle": [[0, 1, 2, 3]] * 3}), "4 corners, give 3"),
+    (lambda: rkpm.Mesh(np.eye(3), {"triangle": [[0, 1, 2]]}), "surface in space"),
+    (lambda: SCENE.body("other", BLOCK, LAW, particles=5, spacing=0.1), "not both"),
+    (lambda: SCENE.solve(particles=5, of="energy"), "within"),
     (lambda: rkpm.Region(rkpm.Outline([0, 0]).line("a", [1, 0])), "outline|closed|close"),
     (lambda: rkpm.fit({"uniaxial": ([1.1, 1.2], [0.1])}), "as many"),
     (lambda: rkpm.fit({"sideways": ([1.1], [0.1])}), "no test"),
@@ -72,6 +76,10 @@ def test_is_refused_by_name(call, words):
     lambda: rkpm.fit(3.0),
     lambda: rkpm.Mesh.of(3.0),
     lambda: SCENE.solve(particles="many"),
+    lambda: SCENE.contact_between("outer", None, "fit", fit=True),
+    lambda: rkpm.Mesh([[0, 0], [1, 0], [0, 1]], {"triangle": [[0, 1.5, 2]]}),
+    lambda: rkpm.Mesh([[0, 0], [1, 0], [0, 1j]], {"triangle": [[0, 1, 2]]}),
+    lambda: rkpm.Mesh([[0, 0], [1, 0], [0, 1]], {"triangle": [[0, 1, 2]]}, {"all": {"triangle": [True]}}),
 ])
 def test_other_types_are_type_errors(call):
     with pytest.raises(TypeError):
