@@ -47,12 +47,11 @@ pub(crate) struct LocalContact {
     pub normal: Vec3,
     /// The mean displacement of the trace function beside what the surface has gone \[length\].
     pub beside: Vec3,
-    /// By how much the surface has turned \[rad\], and what a unit angle moves it by under the trace function \[length\].
+    /// By how much the surface has turned \[rad\].
     pub angle: f64,
+    /// The mean way to the trace function from the axis, where the surface turns \[length\].
     arm: Vec3,
-    pub spun: Vec3,
-    /// How the surface moves under the trace function with the load factor.
-    rate: Vec3,
+    placed: Placed,
 }
 
 /// A point of the boundary beside the surface.
@@ -67,9 +66,10 @@ pub(crate) struct Beside {
 }
 
 impl LocalContact {
-    /// Mean displacement beside the material of the surface since an earlier state.
+    /// Mean displacement beside the material of the surface since an earlier state: from where that has carried the trace function, turned
+    /// by as much as itself. What moves the trace function moves the slip by as much, so that the force of friction is its traction.
     pub(crate) fn slip(&self, beside: &Vec3, angle: f64) -> Vec3 {
-        self.beside - beside - self.spun * (self.angle - angle)
+        self.arm - self.placed.carried(self.arm - (self.beside - beside), angle)
     }
 }
 
@@ -193,8 +193,7 @@ impl RigidContact {
             beside: moved / trace.area - placed.offset,
             angle: placed.angle(),
             arm: arms,
-            spun: placed.spun(&arms),
-            rate: placed.rate(&arms),
+            placed,
         }
     }
 
@@ -209,7 +208,8 @@ impl RigidContact {
         let slipping = self.law.has_friction().then(|| {
             let (beside, angle) = self.before(trace, view.condensed);
             let slip = local_contact.slip(&beside, angle);
-            let slipping = Slipping { normal: local_contact.normal, slip, by_load: -local_contact.rate, fixed: None };
+            let by_load = -local_contact.placed.rate(&(local_contact.arm - slip));
+            let slipping = Slipping { normal: local_contact.normal, slip, by_load, fixed: None };
             slipping.without(self.fixed[trace], self.law.dim)
         });
         let slipping = slipping.flatten();
@@ -225,11 +225,9 @@ impl RigidContact {
         (three(&variables[trace * self.law.dim..][..self.law.dim]), angle)
     }
 
-    /// How unknowns of a trace function move it beside the surface, times its area: displacements by $\int\Theta\Psi_a$, also to where the
-    /// surface has turned by another way, and travel and turn of the surface.
-    fn moves(&self, trace: usize, view: &View<'_>, local_contact: &LocalContact) -> Vec<(usize, Vec3)> {
-        let (_, was) = self.before(trace, view.condensed);
-        let placed = self.placed(view.displacement, view.load);
+    /// How unknowns of a trace function move it beside the surface, times its area: displacements by $\int\Theta\Psi_a$, and travel and turn
+    /// of the surface.
+    fn moves(&self, trace: usize, local_contact: &LocalContact) -> Vec<(usize, Vec3)> {
         let trace = &self.contact_surface.traces[trace];
         let mut values = vec![0.0; trace.nodes.len()];
         for (k, &(point, weight)) in trace.points.iter().enumerate() {
@@ -237,19 +235,17 @@ impl RigidContact {
                 values[l as usize] += weight * value;
             }
         }
-        let turned = |by: Vec3| by - placed.spun(&by) * (placed.angle() - was);
         let dim = self.law.dim;
         let mut moves: Vec<(usize, Vec3)> = Vec::with_capacity(values.len() * dim);
-        let axes = [turned(unit(0)), turned(unit(1)), turned(unit(2))];
         for (a, value) in values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-            for (i, axis) in axes[..dim].iter().enumerate() {
-                moves.push((a * dim + i, axis * *value));
+            for i in 0..dim {
+                moves.push((a * dim + i, unit(i) * *value));
             }
         }
         let own = (trace.nodes.len() - 1) * dim;
-        moves.extend(self.surface.free_direction().map(|by| (own, turned(by) * -trace.area)));
+        moves.extend(self.surface.free_direction().map(|by| (own, by * -trace.area)));
         if self.turns_freely() {
-            moves.push((own + 1, placed.spun(&local_contact.arm) * (-trace.area / self.lever)));
+            moves.push((own + 1, local_contact.placed.spun(&local_contact.arm) * (-trace.area / self.lever)));
         }
         moves
     }
@@ -458,7 +454,7 @@ impl Term for RigidContact {
         let (factor, square) = (-1.0 / trace.area, whole / trace.area.powi(2));
         let gradients = Gradients { slope, beside, factor, square };
         if touch.is_active() {
-            let moves = if self.law.has_friction() { self.moves(cluster, &view, &local_contact) } else { Vec::new() };
+            let moves = if self.law.has_friction() { self.moves(cluster, &local_contact) } else { Vec::new() };
             touch.add(&gradients, &moves, out);
         }
         out.scratch = gradients.slope;
@@ -480,7 +476,7 @@ impl Term for RigidContact {
         });
         let mut moved = Point::zeros();
         if touch.slipping.is_some() {
-            for (place, by) in self.moves(cluster, &view, &local_contact) {
+            for (place, by) in self.moves(cluster, &local_contact) {
                 moved += by * (step[trace.nodes[place / dim] as usize * dim + place % dim] / trace.area);
             }
         }

@@ -10,7 +10,7 @@ use crate::term::Amplitude;
 
 use super::interference::{self, Interference};
 use super::surface::Padded;
-use super::turning::{Turned, Turning};
+use super::turning::{Turned, Turning, rotation};
 use super::{Ball, Cone, ContactError, Cylinder, Nearest, Plane, Profile, Surface, Triangulated};
 
 /// How a rigid surface moves: by a vector times an amplitude, or along a unit vector, pushed by a force times an amplitude and free to move.
@@ -269,6 +269,11 @@ impl Placed {
     /// What a turn by a unit angle moves the surface by at the end of an arm.
     pub(crate) fn spun(&self, arm: &Vec3) -> Vec3 {
         self.turned.as_ref().map_or_else(Point::zeros, |turned| turned.spin * arm)
+    }
+
+    /// Where an arm has come to with the surface since it had turned by an angle.
+    pub(crate) fn carried(&self, arm: Vec3, angle: f64) -> Vec3 {
+        self.turned.as_ref().map_or(arm, |turned| rotation(&turned.spin, turned.angle - angle) * arm)
     }
 
     /// How the surface moves with the load factor at the end of an arm.

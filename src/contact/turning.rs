@@ -32,6 +32,12 @@ pub(crate) struct Turned {
     pub rate: f64,
 }
 
+/// The rotation by an angle about an axis, Rodrigues' formula.
+pub(crate) fn rotation(spin: &Mat3, angle: f64) -> Mat3 {
+    let (sine, cosine) = angle.sin_cos();
+    Mat3::identity() + spin * sine + spin * spin * (1.0 - cosine)
+}
+
 impl Turning {
     /// At a load factor; `angle` is its own unknown where it is free.
     pub(crate) fn at(&self, load: f64, angle: f64) -> Turned {
@@ -41,10 +47,7 @@ impl Turning {
             let (value, slope) = self.amplitude.evaluate(load);
             (self.start + self.amount * value, self.amount * slope)
         };
-        let (sine, cosine) = angle.sin_cos();
-        // Rodrigues.
-        let rotation = Mat3::identity() + self.spin * sine + self.spin * self.spin * (1.0 - cosine);
-        Turned { about: self.about, spin: self.spin, rotation, angle, rate }
+        Turned { about: self.about, spin: self.spin, rotation: rotation(&self.spin, angle), angle, rate }
     }
 
     /// Stays as it is at load factor 1.

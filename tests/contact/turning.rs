@@ -2,6 +2,7 @@
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use rkpm::prelude::*;
+use rkpm::scene::Stages;
 use rkpm::solve::EquilibriumPath;
 
 const RADIUS: f64 = 0.5;
@@ -144,4 +145,36 @@ fn a_plate_twists_in_space() {
     assert_abs_diff_eq!(u[0], turned[0], epsilon = 0.01);
     assert_abs_diff_eq!(u[1], turned[1], epsilon = 0.01);
     assert!(plate.moment[2] > 0.0);
+}
+
+/// The force of friction is its traction, however far the surface turns in a step: that of all points is the force of the base on the
+/// layer, a stage that changes nothing leaves it, and steps of a half and a tenth of it are alike.
+#[test]
+fn friction_of_a_turn_does_not_depend_on_its_steps() {
+    let roller = RigidSurface::shaft([0.0, 1.0 + RADIUS], RADIUS)
+        .moving_along([0.0, -0.1], pressed_until(0.5))
+        .turning([0.0, 1.0 + RADIUS], 0.6)
+        .turning_along(from(0.5))
+        .friction(0.3)
+        .named("roller");
+    let layer = Scene::new(Block::new([-2.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+        .hold((1, Side::Min))
+        .contact((1, Side::Max), roller);
+    let found = [0.5, 0.1].map(|step| {
+        let stepping = Stepping { first: step, largest: step, ..Stepping::default() };
+        let scheme = Scheme::default().particles([33, 7]).stepping(stepping);
+        let stages = Stages::new("turn", layer.clone()).then("stay", |scene| scene).run(&scheme).unwrap();
+        let forces = [0, 1].map(|k| {
+            let (problem, state) = (&stages[k].problem, stages[k].path.last());
+            let force = problem.contact(state, "roller").unwrap().force;
+            let base = problem.reaction(state, (1, Side::Min)).unwrap();
+            assert_abs_diff_eq!(force, -base, epsilon = 1e-8);
+            force
+        });
+        assert_abs_diff_eq!(forces[0], forces[1], epsilon = 1e-7);
+        println!("{} iterations in steps of {step}", stages[0].path.iterations);
+        forces[0]
+    });
+    assert!(found[0][0] > 0.05);
+    assert_abs_diff_eq!(found[0], found[1], epsilon = 1e-3 * found[0].norm());
 }
