@@ -19,11 +19,10 @@ struct Setting<const D: usize> {
     remedy: &'static str,
 }
 
-fn settings<const D: usize>() -> [Setting<D>; 9] {
+/// Of particles and their cells.
+fn of_cells<const D: usize>() -> [Setting<D>; 6] {
     let scattered: fn(&Source<D>, &Scheme) -> bool = |source, _| matches!(source, Source::Scattered(_));
     let planar: fn(&Source<D>, &Scheme) -> bool = |source, _| D == 2 && matches!(source, Source::Scattered(_));
-    let of_particles: fn(&Source<D>, &Scheme) -> bool =
-        |_, scheme| scheme.approximation == ApproximationChoice::Particles;
     [
         Setting {
             name: "a number or spacing of particles",
@@ -76,11 +75,17 @@ fn settings<const D: usize>() -> [Setting<D>; 9] {
             with: None,
             remedy: "only planar regions have a choice of cells",
         },
+    ]
+}
+
+/// Of functions, pressures and the solution.
+fn of_functions<const D: usize>() -> [Setting<D>; 3] {
+    [
         Setting {
             name: "Scheme::dilation or Scheme::rcond_limit",
             differs: |a, b| a.dilation != b.dilation || a.rcond_limit != b.rcond_limit,
             left_out: false,
-            follows: of_particles,
+            follows: |_, scheme| scheme.approximation == ApproximationChoice::Particles,
             with: Some("finite elements"),
             remedy: "finite elements have no supports: leave it out, or take ApproximationChoice::Particles",
         },
@@ -147,7 +152,9 @@ fn plain(scheme: &Scheme) -> Scheme {
 /// follow itself; `own` are the schemes of the bodies.
 pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, scheme: &Scheme, own: &[Scheme]) -> Result<(), Incompatible> {
     let plain = plain(scheme);
-    for Setting { name, differs, left_out, follows, with, remedy } in settings::<D>() {
+    for Setting { name, differs, left_out, follows, with, remedy } in
+        of_cells::<D>().into_iter().chain(of_functions::<D>())
+    {
         let taken = |body: &BodyOf<D>, scheme: &Scheme| {
             follows(&body.source, scheme) || left_out && matches!(body.source, Source::Cells(_))
         };

@@ -1,6 +1,5 @@
 //! Problems and their bodies as results see them, whatever their dimension.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::assembly::{Model, Ranks};
@@ -242,6 +241,7 @@ impl dyn BodyView + '_ {
 
     /// Values of its functions at points of faces, each with what makes it of particles: points of a plane face that a curved body
     /// does not reach, in a bore say, move as these particles do.
+    #[cfg(feature = "chart")]
     pub(super) fn values_on(
         &self,
         points: &[Vec3],
@@ -258,8 +258,9 @@ impl dyn BodyView + '_ {
     }
 
     /// The functions of several particles, weighted.
+    #[cfg(feature = "chart")]
     fn joined(&self, weights: &[(usize, f64)]) -> Result<ShapeFunctions<3>, ApproximationError> {
-        let mut sum: BTreeMap<u32, f64> = BTreeMap::new();
+        let mut sum: std::collections::BTreeMap<u32, f64> = Default::default();
         for &(particle, weight) in weights {
             let psi = self.values_at_node(particle)?;
             for (node, value) in psi.nodes.iter().zip(&psi.values) {
