@@ -152,6 +152,8 @@ pub enum Driven {
     ByLoads,
     /// Prescribed displacements alone.
     ByDisplacements,
+    /// No loads, and something may touch: prescribed displacements and rigid surfaces that move or turn.
+    ByContacts,
     /// A functional or an arc length, the load factor being unknown.
     ByControl,
 }
@@ -178,6 +180,10 @@ impl Driven {
             Driven::ByDisplacements => {
                 "; allow smaller steps (Stepping::smallest), take more particles, or raise Newton::tolerance if it is far below 1e-10; \
                  StateDiagnostics::jacobians of the last step show inverted material, check::scene finds free rigid motions"
+            }
+            Driven::ByContacts => {
+                "; look where rigid surfaces move or turn, and how far, allow smaller steps (Stepping::smallest), take more particles where \
+                 bodies touch; check::scene finds free rigid motions"
             }
             Driven::ByControl => {
                 "; take smaller steps (Stepping::first, Stepping::smallest), more particles, or another control"

@@ -4,6 +4,7 @@ use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::each::Each;
 use crate::error::{Cause, Doubt, DoubtCause, Driven, Error, Stalled};
+use crate::term::{Element, each_force};
 
 use super::analysis::Analysis;
 use super::critical::CriticalPoint;
@@ -279,11 +280,20 @@ impl<'a, 'o> Continuation<'a, 'o> {
 
     /// What drives a run under load control: loads, or prescribed displacements alone.
     pub(super) fn driven(&self) -> Driven {
-        let loads = self.equilibrium.model.at_own(&self.state).load_slope();
-        if loads.iter().all(|slope| *slope == 0.0) && !self.equilibrium.equations.is_empty() {
-            Driven::ByDisplacements
-        } else {
-            Driven::ByLoads
+        let (model, mut loads) = (&self.equilibrium.model, [0.0]);
+        for (number, term) in model.terms().iter().enumerate().filter(|(_, term)| !term.layout().unilateral) {
+            let Some(view) = self.state.view(number) else { continue };
+            each_force(&**term, 0..term.clusters(), view, &mut Element::default(), |_, _, slope| {
+                loads[0] = slope.iter().fold(loads[0], |most: f64, slope| most.max(slope.abs()));
+            });
+        }
+        if let Some(ranks) = model.ranks() {
+            ranks.largest(&mut loads);
+        }
+        match (loads[0] == 0.0, model.is_unilateral()) {
+            (true, true) => Driven::ByContacts,
+            (true, false) if !self.equilibrium.equations.is_empty() => Driven::ByDisplacements,
+            _ => Driven::ByLoads,
         }
     }
 
