@@ -254,7 +254,8 @@ fn sleeve_in_a_bush_of_meshes() {
     let expected = lame(interference, bulk, radii);
     let mean = fit.force.norm() / (SQRT_2 * radii[1] * expected) - 1.0;
     let worst = fit.points.iter().map(|point| (point.pressure / expected - 1.0).abs()).fold(0.0, f64::max);
-    assert!(mean.abs() < 1e-2 && worst < 0.05, "{mean:e} {worst:e}");
+    println!("pressure in the mean {mean:.2e}, at the worst particle {worst:.2e}");
+    assert!(mean.abs() < 5e-3 && worst < 0.02, "{mean:e} {worst:e}");
 }
 
 /// A solid shaft in a bush, scattered particles that do not face each other, finest at the joint. Chords of neighbouring particles differ in
