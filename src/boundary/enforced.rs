@@ -9,7 +9,7 @@ use super::Constraints;
 pub(super) const DEPENDENT: f64 = 1e-10;
 /// What rounding leaves of equations that are eliminated by the least pivot, relative to their parts.
 const ROUNDING: f64 = f64::EPSILON / DEPENDENT;
-/// The golden ratio, whose multiples leave no parts of 1 that cancel.
+/// The golden ratio: the fractions of its multiples are all different and spread evenly.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Constraint equations $G d = g$ as they are enforced: eliminated, by multipliers, or by a penalty.

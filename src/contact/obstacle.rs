@@ -66,8 +66,8 @@ pub(crate) struct Beside {
 }
 
 impl LocalContact {
-    /// Mean displacement beside the material of the surface since an earlier state: from where that has carried the trace function, turned
-    /// by as much as itself. What moves the trace function moves the slip by as much, so that the force of friction is its traction.
+    /// Mean slip on the material of the surface since an earlier state, $s = a - R\,a_0$, $a_0$ and $a$ the ways from the axis to the trace
+    /// function then and now, $R$ the turn of the surface in between. $\partial s/\partial u = 1$: the force of friction is its traction.
     pub(crate) fn slip(&self, beside: &Vec3, angle: f64) -> Vec3 {
         self.arm - self.placed.carried(self.arm - (self.beside - beside), angle)
     }

@@ -182,8 +182,8 @@ impl Driven {
                  StateDiagnostics::jacobians of the last step show inverted material, check::scene finds free rigid motions"
             }
             Driven::ByContacts => {
-                "; look where rigid surfaces move or turn, and how far, allow smaller steps (Stepping::smallest), take more particles where \
-                 bodies touch; check::scene finds free rigid motions"
+                "; check how far rigid surfaces move or turn and whether the body can follow, allow smaller steps (Stepping::smallest), or take \
+                 more particles where bodies touch; check::scene finds free rigid motions"
             }
             Driven::ByControl => {
                 "; take smaller steps (Stepping::first, Stepping::smallest), more particles, or another control"

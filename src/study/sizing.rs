@@ -416,6 +416,7 @@ impl<'a, const D: usize> Search<'a, D> {
             // Models that do not see a bore agree, and say nothing of the body.
             (self.measured, self.answer.bound) = (false, f64::INFINITY);
         }
+        // What conditions miss of their parts is an error that all models may share.
         self.answer.bound = self.answer.bound.max(self.answer.problem.missed_parts());
         let corrections = self.answer.corrections();
         if let Some(level) = self.answer.levels.last_mut() {

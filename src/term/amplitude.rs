@@ -20,22 +20,12 @@ pub enum Amplitude {
     /// Divide seconds by the duration. Steps of the load stop at the break points inside, steps along a deflection or an arc pass
     /// them.
     Table(Vec<(f64, f64)>),
-    /// Any smooth function of $\lambda$; its slope is taken by central differences, on one side where it ends at $\lambda$.
+    /// Any smooth function of $\lambda$; its slope is taken by central differences, on one side at the ends of the run.
     Function(Arc<dyn Fn(f64) -> f64 + Send + Sync>),
 }
 
 /// Half the interval of the central difference: where rounding and truncation of a smooth function meet.
 const DIFFERENCE: f64 = 1e-5;
-
-/// The difference of the values of a function before, at and behind a place, and over how many steps: one where it has no value on the
-/// other side, as a root has none before its zero.
-pub(crate) fn difference([before, here, behind]: [f64; 3]) -> (f64, f64) {
-    match (before.is_finite(), behind.is_finite()) {
-        (false, true) => (behind - here, 1.0),
-        (true, false) => (here - before, 1.0),
-        _ => (behind - before, 2.0),
-    }
-}
 
 impl PartialEq for Amplitude {
     /// Functions are equal where they are the same one.

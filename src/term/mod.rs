@@ -28,7 +28,6 @@ mod volumetric_measure;
 mod zone_residuals;
 
 pub use amplitude::Amplitude;
-pub(crate) use amplitude::difference;
 pub use body::Body;
 pub use diagnostics::StateDiagnostics;
 pub use element::{Coupling, Element, ForceDensities, View};

@@ -76,6 +76,11 @@ impl<const D: usize> Scene<D> {
         self
     }
 
+    /// Whether a body has a scheme of its own.
+    pub(crate) fn has_scheme_of(&self, body: &str) -> bool {
+        self.schemes.iter().any(|(name, _)| name == body)
+    }
+
     /// The scheme of a body under that of the scene.
     pub(crate) fn scheme_under(&self, body: &str, scheme: &Scheme) -> Scheme {
         let own = self.schemes.iter().rev().find(|(name, _)| name == body);

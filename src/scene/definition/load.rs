@@ -7,9 +7,7 @@ use crate::each::{EachOf, list_of, point_of};
 use crate::error::SolveError;
 use crate::geometry::{Mat3, Point, Vec3, padded, vector};
 use crate::material::{Material, Past};
-use crate::term::{
-    Amplitude, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity, difference,
-};
+use crate::term::{Amplitude, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity};
 
 use crate::scene::{Place, Value};
 
@@ -172,6 +170,16 @@ impl<const D: usize> fmt::Debug for Load<D> {
 
 /// Half the interval of the central difference for motions, as that of amplitudes.
 const DIFFERENCE: f64 = 1e-5;
+
+/// The difference of a function's values before, at and behind a place, and over how many steps: over one where the function has no value
+/// on the other side, as a root has none before its zero.
+fn difference([before, here, behind]: [f64; 3]) -> (f64, f64) {
+    match (before.is_finite(), behind.is_finite()) {
+        (false, true) => (behind - here, 1.0),
+        (true, false) => (here - before, 1.0),
+        _ => (behind - before, 2.0),
+    }
+}
 
 /// A load whose value varies.
 pub(crate) struct Varying<V> {

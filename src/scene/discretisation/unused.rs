@@ -78,8 +78,8 @@ fn of_cells<const D: usize>() -> [Setting<D>; 6] {
     ]
 }
 
-/// Of functions, pressures and the solution.
-fn of_functions<const D: usize>() -> [Setting<D>; 3] {
+/// Of functions and pressures.
+fn of_functions<const D: usize>() -> [Setting<D>; 2] {
     [
         Setting {
             name: "Scheme::dilation or Scheme::rcond_limit",
@@ -97,28 +97,20 @@ fn of_functions<const D: usize>() -> [Setting<D>; 3] {
             with: Some("finite elements"),
             remedy: "a zone of finite elements is one element: give the size 1",
         },
-        Setting {
-            name: "Scheme::newton, stepping, constraint_method or solver",
-            // A scheme that replaces that of the scene has what is not set.
-            differs: |own, of| {
-                // As text: numbers that are none are refused elsewhere.
-                let solution =
-                    |scheme: &Scheme| format!("{:?}", (scheme.newton, scheme.stepping, scheme.constraint_method));
-                let same = |solver| of.solver.as_ref().is_some_and(|other| Arc::ptr_eq(solver, other));
-                solution(own) != solution(of) && solution(own) != solution(&Scheme::default())
-                    || own.solver.as_ref().is_some_and(|solver| !same(solver))
-            },
-            left_out: false,
-            follows: |_, _| false,
-            with: Some("the scheme of one body"),
-            remedy: "all bodies are solved together: give it in the scheme of the scene",
-        },
     ]
 }
 
 /// Cells per direction of a zone of pressure.
 fn zone(scheme: &Scheme) -> usize {
     if let PressureScheme::Field { size, .. } = scheme.pressure { size } else { 1 }
+}
+
+/// Whether a body's own scheme asks for no solution of its own. One that replaces that of the scene has the defaults of what is not set.
+fn solves_alike(own: &Scheme, of: &Scheme) -> bool {
+    let solution = |scheme: &Scheme| (scheme.newton, scheme.stepping, scheme.constraint_method);
+    let same = |solver| of.solver.as_ref().is_some_and(|other| Arc::ptr_eq(solver, other));
+    [of, &Scheme::default()].iter().any(|other| solution(own) == solution(other))
+        && own.solver.as_ref().is_none_or(same)
 }
 
 fn same_layout(a: &Layout, b: &Layout) -> bool {
@@ -151,6 +143,16 @@ fn plain(scheme: &Scheme) -> Scheme {
 /// Refuses settings of a scheme that no body of the scene follows, and those of a body's own scheme that it does not
 /// follow itself; `own` are the schemes of the bodies.
 pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, scheme: &Scheme, own: &[Scheme]) -> Result<(), Incompatible> {
+    for (body, own) in scene.bodies.iter().zip(own) {
+        ensure!(
+            !scene.has_scheme_of(&body.name) || solves_alike(own, scheme),
+            Incompatible::new(
+                "Scheme::newton, stepping, constraint_method or solver",
+                "the scheme of one body",
+                "all bodies are solved together: give it in the scheme of the scene"
+            )
+        );
+    }
     let plain = plain(scheme);
     for Setting { name, differs, left_out, follows, with, remedy } in
         of_cells::<D>().into_iter().chain(of_functions::<D>())

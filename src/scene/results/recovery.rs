@@ -377,9 +377,7 @@ impl<'a> Recovery<'a> {
         let mut stresses = body.stresses(number, state);
         let mut thickness = Vec::new();
         if body.is_sheet() {
-            // The elastic part times the free one.
-            let across = |(point, f): (usize, &Mat3)| Mat3::repeat(f[(2, 2)] / body.at_rest(point)[(2, 2)]);
-            let across: Vec<Mat3> = gradients.iter().enumerate().map(across).collect();
+            let across = body.stretches_across(&gradients);
             stresses.iter_mut().zip(&across).for_each(|(stress, stretch)| *stress *= stretch[(0, 0)]);
             jacobians.iter_mut().zip(&across).for_each(|(j, stretch)| *j /= stretch[(0, 0)]);
             thickness = body.at_particles(&across, problem.model.ranks()).mapped(|mean| mean[(0, 0)]);

@@ -1,4 +1,4 @@
-//! How a model holds parts of faces that predicates restrict.
+//! How well a model resolves the part of a face that a predicate selects.
 
 use crate::each::Each;
 use crate::geometry::Point;
@@ -7,12 +7,12 @@ use crate::scene::discretisation::facet_rule::Facets;
 use crate::scene::{Problem, Spot};
 use crate::shape::FiniteElements;
 
-/// Times as dense as a model's own points are those by which it is compared with its predicates.
+/// Points by which a predicate is integrated, per direction, over those of the model.
 const DENSER: usize = 8;
 
 impl<const D: usize> Problem<D> {
-    /// The largest part of a face's part that conditions leave out, or hold beyond it, where a predicate ends it between facets or nodes:
-    /// models that end it at the same place agree.
+    /// The largest relative difference between the area on which a condition acts and that which its predicate selects. Coarse models may
+    /// all end a condition at the same node, so that the difference between them does not tell it.
     pub(crate) fn missed_parts(&self) -> f64 {
         let restricted = self.placed.iter().filter(|placed| !placed.place.within.is_empty());
         restricted.filter_map(|placed| self.missed(placed)).fold(0.0, f64::max)

@@ -306,8 +306,15 @@ impl dyn BodyView + '_ {
 
     /// Deformation gradients at the points of the body's table, in a sheet with the thickness that its history leaves.
     pub(super) fn settled_gradients(&self, number: usize, state: &State) -> Vec<Mat3> {
-        let Some(view) = state.view(number) else { return Vec::new() };
+        let condensed = state.condensed.get(number).map_or(&[][..], Vec::as_slice);
+        let view = View { displacement: &state.displacement, condensed, load: state.load };
         list_of(self.weights().len(), |point| self.deformation_in(point, view))
+    }
+
+    /// The stretch across a sheet at the points of its table, its free expansion included.
+    pub(super) fn stretches_across(&self, gradients: &[Mat3]) -> Vec<Mat3> {
+        let across = |(point, f): (usize, &Mat3)| Mat3::repeat(f[(2, 2)] / self.at_rest(point)[(2, 2)]);
+        gradients.iter().enumerate().map(across).collect()
     }
 
     /// Cauchy stresses at the points of the body's table; `number` is that of its term.
@@ -423,28 +430,18 @@ impl ProblemView<'_> {
     pub(crate) fn deformation_gradients(&self, state: &State) -> Vec<Mat3> {
         let mut all = Vec::new();
         for (number, body) in self.bodies.iter().enumerate() {
-            let condensed = state.condensed.get(number).map_or(&[][..], Vec::as_slice);
-            let view = View { displacement: &state.displacement, condensed, load: state.load };
-            all.extend((0..body.weights().len()).map(|point| body.deformation_in(point, view)));
+            all.append(&mut body.settled_gradients(number, state));
         }
         all
     }
 
-    /// The stretch across the sheet at each particle, its free expansion included; nothing where the bodies are no sheets.
+    /// The stretch across the sheet at each particle; nothing where the bodies are no sheets.
     pub(super) fn stretches_across(&self, state: &State) -> Vec<f64> {
-        if !self.bodies.iter().any(|body| body.is_sheet()) {
-            return Vec::new();
+        let mut across = Vec::new();
+        for (number, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.is_sheet()) {
+            across.append(&mut body.stretches_across(&body.settled_gradients(number, state)));
         }
-        let mut across = self.deformation_gradients(state);
-        let mut first = 0;
-        for body in &self.bodies {
-            for point in 0..body.weights().len() {
-                let f = &mut across[first + point];
-                *f = Mat3::repeat(f[(2, 2)] / body.at_rest(point)[(2, 2)]);
-            }
-            first += body.weights().len();
-        }
-        self.at_particles(&across).mapped(|mean| mean[(0, 0)])
+        if across.is_empty() { Vec::new() } else { self.at_particles(&across).mapped(|mean| mean[(0, 0)]) }
     }
 
     /// Pressures at the points of the bodies' tables; none where a law tells none.
