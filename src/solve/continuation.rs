@@ -4,11 +4,12 @@ use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::each::Each;
 use crate::error::{Cause, Doubt, DoubtCause, Driven, Error, Stalled};
+use crate::linear::vector::norm;
 use crate::term::{Element, each_force};
 
 use super::analysis::Analysis;
 use super::critical::CriticalPoint;
-use super::equilibrium::Equilibrium;
+use super::equilibrium::{Equilibrium, MET};
 use super::functional::Control;
 use super::newton::Attempt;
 use super::path::{Ending, EquilibriumPath, Observer, Step, StepControlState};
@@ -324,16 +325,42 @@ impl<'a, 'o> Continuation<'a, 'o> {
 
     /// Takes the first state as a guess of the equilibrium at a load factor.
     pub(super) fn correct(&mut self, load: f64) {
-        match self.iterate(self.state.clone(), Control::Load(load)) {
-            Ok((_, state)) => {
-                // A guess is no equilibrium: its modes count for nothing.
-                self.modes = self.equilibrium.unstable_modes();
-                self.accept(
-                    state,
-                    StepControlState { increment: self.analysis.stepping.first, ..StepControlState::default() },
-                );
+        let found = self.iterate(self.state.clone(), Control::Load(load));
+        // A guess is no equilibrium: its modes count for nothing.
+        self.modes = self.equilibrium.unstable_modes();
+        self.take_first(found);
+    }
+
+    /// Whether a run of the load begins. Where time passes, what acts at the first load factor acts at once, before any time does: a first
+    /// state that is out of balance is followed by the one in balance. Elsewhere the first step does the same.
+    pub(super) fn begins(&mut self) -> bool {
+        if !(self.equilibrium.model.is_timed() && self.path.steps.is_empty()) {
+            return true;
+        }
+        let rounding = self.equilibrium.size(&[]);
+        let settled = self.newton().forces_settled();
+        match self.equilibrium.forces(&self.state) {
+            Ok(now) if now.residual <= settled && now.violation <= MET * rounding => true,
+            Ok(_) => {
+                let found = self.attempt(self.state.clone(), Control::Load(self.state.load));
+                // Forces of a body at rest may be rounding.
+                let from = &self.state.displacement;
+                let moves = |to: &State| norm(&to.displacement.paired(from, |to, from| to - from)) > rounding;
+                found.as_ref().is_ok_and(|(_, to)| !moves(to)) || self.take_first(found)
             }
-            Err(rejection) => self.stall(rejection, self.driven()),
+            Err(cause) => self.take_first(Err(cause.into())),
+        }
+    }
+
+    /// Takes the first state that was found, or ends the run.
+    fn take_first(&mut self, found: Result<(usize, State), Rejection>) -> bool {
+        let increment = self.analysis.stepping.first;
+        match found {
+            Ok((_, state)) => self.accept(state, StepControlState { increment, ..StepControlState::default() }),
+            Err(rejection) => {
+                self.stall(rejection, self.driven());
+                false
+            }
         }
     }
 }

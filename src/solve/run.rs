@@ -73,6 +73,7 @@ impl Analysis {
         run.check_recorded()?;
         let mut control = match run.driver() {
             Some((driver, first)) => Outcome::Instead(driver, first),
+            None if !run.begins() => Outcome::Ended,
             None => run.follow(&mut StepRule::new(&run, Lead::Load, self.stepping.first)),
         };
         while let Outcome::Instead(driver, first) = control {

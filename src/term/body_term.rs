@@ -80,7 +80,7 @@ impl<const D: usize> Term for Body<D> {
         for cluster in 0..self.clusters() {
             self.start_zone(cluster, &mut condensed[self.unknowns(cluster)]);
         }
-        self.start_of_memory(history);
+        self.start_of_memory(condensed, history);
     }
 
     fn update(&self, view: View<'_>, next: &mut [f64]) {

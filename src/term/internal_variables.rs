@@ -77,32 +77,39 @@ impl<const D: usize> Body<D> {
         condensed.get(first..first + self.memory_len()).unwrap_or_default()
     }
 
-    pub(super) fn start_of_memory(&self, memory: &mut [f64]) {
+    /// Writes the memory of a body that was just built in: what stretches it at rest has acted at once.
+    pub(super) fn start_of_memory(&self, condensed: &[f64], memory: &mut [f64]) {
         let Some((time, points)) = memory.split_first_mut() else { return };
         *time = self.time(0.0);
-        points.chunks_exact_mut(self.rest.len()).for_each(|point| point.copy_from_slice(&self.rest));
+        let each = self.material.memory();
+        let recall = Recall { elapsed: 0.0, points: &self.rest, stride: 0, each, of_volume: self.rest.len() - each };
+        self.remember(recall, |point| self.table.at_rest(point), condensed, points);
     }
 
     pub(super) fn update_histories(&self, view: View<'_>, next: &mut [f64]) {
         let (recall, Some((time, points))) = (self.recall(view), next.split_first_mut()) else { return };
         *time = self.time(view.load);
-        for (point, next) in points.chunks_exact_mut(self.rest.len()).enumerate() {
-            let next = &mut next[..self.material.memory()];
-            self.material.remember(&self.local_gradient(point, view.displacement), recall.at(point), next);
+        self.remember(recall, |point| self.local_gradient(point, view.displacement), view.condensed, points);
+    }
+
+    /// Writes the memory of all points at deformation gradients.
+    fn remember(&self, recall: Recall<'_>, gradient: impl Fn(usize) -> Mat3, condensed: &[f64], next: &mut [f64]) {
+        let (each, all) = (self.material.memory(), self.rest.len());
+        for (point, next) in next.chunks_exact_mut(all).enumerate() {
+            self.material.remember(&gradient(point), recall.at(point), &mut next[..each]);
         }
         let (Some(prony), Some(volumetric)) = (self.material.relaxation(), self.material.volumetric()) else { return };
-        if self.rest.len() == self.material.memory() {
+        if all == each {
             return;
         }
         let clusters = self.table.clusters();
         for cluster in 0..clusters.len() {
-            let (theta, _, measure) = self.zone(cluster, view.condensed);
+            let (theta, _, measure) = self.zone(cluster, condensed);
             for point in clusters.points(cluster) {
                 let projected: f64 = self.phi(point).pair_sum(theta, |phi, theta| phi * theta);
-                let own = self.deformation_gradient(point, view.displacement).determinant();
+                let own = self.material.settled(&gradient(point), recall.at(point)).determinant();
                 let slopes = [own, measure.volume(projected)].each(|j| self.pointwise_energy(volumetric, j).slope);
-                let next = &mut points[point * self.rest.len()..][self.material.memory()..self.rest.len()];
-                Kept::remember(prony, recall.of_volume(point), slopes, next);
+                Kept::remember(prony, recall.of_volume(point), slopes, &mut next[point * all..][each..all]);
             }
         }
     }

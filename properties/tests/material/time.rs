@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use rkpm::check;
-use rkpm::material::{Material, Mullins, Past, Prony, Viscoelastic};
+use rkpm::material::{Material, Mullins, Past, Prestretched, Prony, Viscoelastic};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
 
@@ -108,6 +108,49 @@ fn sudden_shear_relaxes_by_its_prony_series() {
             last = stress;
         }
     }
+}
+
+/// What is moved at once, before any time has passed, relaxes from there, and so does what was stretched before it was built in.
+#[test]
+fn what_acts_from_the_start_relaxes_from_the_start() {
+    let before = Matrix3::new(1.0, SHEAR, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+    let stretched = Prestretched::new(relaxing(3), before).unwrap();
+    let held = |y: f64| Amplitude::Table(vec![(0.0, y), (1.0, y)]);
+    let prony = Prony::of_instantaneous(pairs(3)).unwrap();
+    for (scene, what) in [
+        (sheared(relaxing(3), Amplitude::Constant, seconds(2.0)), "constant"),
+        (sheared(relaxing(3), held(1.0), seconds(2.0)), "a table"),
+        (sheared(stretched, held(0.0), seconds(2.0)), "stretched before"),
+    ] {
+        for stepping in [Stepping::default(), Stepping::equal(2)] {
+            let problem = problem(&scene, stepping);
+            let path = problem.run().unwrap().completed().unwrap();
+            for step in &path.steps {
+                let expected = 2.0 * A10 * SHEAR * prony.relaxation(problem.time(&step.state));
+                assert_relative_eq!(shear_stress(&problem, &step.state), expected, max_relative = 1e-8);
+            }
+            assert_eq!(path.steps[0].state.load == 0.0, what != "stretched before", "{what}");
+        }
+    }
+}
+
+/// Rubber that was stretched before it was built in is softened by that.
+#[test]
+fn what_was_stretched_before_is_softened() {
+    let softening = || Mullins::new(elastic(), 1.5, 0.1, 0.1).unwrap();
+    let before = Matrix3::new(1.0, SHEAR, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+    let back = Amplitude::Table(vec![(0.0, 0.0), (1.0, -0.5)]);
+    let there_and_back = Amplitude::Table(vec![(0.0, 0.0), (0.5, 1.0), (1.0, 0.5)]);
+    let stress = |scene: Scene<2>| {
+        let problem = problem(&scene, Stepping::default());
+        let path = problem.run().unwrap().completed().unwrap();
+        shear_stress(&problem, path.last())
+    };
+    let stretched = Prestretched::new(softening(), before).unwrap();
+    let [built_in, pulled] =
+        [sheared(stretched, back, seconds(1.0)), sheared(softening(), there_and_back, seconds(1.0))].map(stress);
+    assert_relative_eq!(built_in, pulled, max_relative = 1e-8);
+    assert!(pulled < 0.9 * A10 * SHEAR, "{pulled} of {}", A10 * SHEAR);
 }
 
 /// Between the steps of a run as well: exact where the shear is held, whatever lies between the steps.
