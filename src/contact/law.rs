@@ -200,6 +200,8 @@ pub(super) struct Gradients {
     pub beside: Vec<f64>,
     pub factor: f64,
     pub square: f64,
+    /// What the load factor changes the mean gap by, and $b$ by as if it were an unknown: for it these are one more place of $s$ and $b$.
+    pub by_load: [f64; 2],
 }
 
 impl Touch {
@@ -215,7 +217,7 @@ impl Touch {
 
     /// Adds forces and matrix; `moves` are places of unknowns with the slip times area that they make.
     pub(super) fn add(&self, gradients: &Gradients, moves: &[(usize, Vec3)], out: &mut Element) {
-        let Gradients { slope, beside, factor, square: more } = gradients;
+        let Gradients { slope, beside, factor, square: more, by_load } = gradients;
         let [pressure, proximal] = self.concentrated();
         // Pressures that are kept uncondensed have a row of their own for the gap.
         let condensed = out.uncondensed.is_none();
@@ -224,7 +226,10 @@ impl Touch {
             *r -= force * s;
         }
         for (l, s) in out.load_slope.iter_mut().zip(slope) {
-            *l += proximal * self.by_load * s;
+            *l += (proximal * self.by_load + more * by_load[0] + factor * by_load[1]) * s;
+        }
+        for (l, b) in out.load_slope.iter_mut().zip(beside) {
+            *l += factor * by_load[0] * b;
         }
         let square = proximal / self.gap_area;
         if let Some(zone) = &mut out.uncondensed {

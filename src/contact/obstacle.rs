@@ -335,11 +335,11 @@ impl RigidContact {
     }
 
     /// Adds the second derivatives of the gaps over a facet, times the pressures there, by displacements and by the motions of the surface,
-    /// whose normal turns with it; of one that lets go in this iteration the pressure counts too, and is none in the next. Point by point,
-    /// for each lies under many trace functions.
-    fn add_curvature(&self, facet: usize, view: &View<'_>, matrix: &mut [f64]) {
+    /// whose normal turns with it, and by the load factor where that moves the surface; of one that lets go in this iteration the pressure
+    /// counts too, and is none in the next. Point by point, for each lies under many trace functions.
+    fn add_curvature(&self, facet: usize, view: &View<'_>, out: &mut Element) {
         let (contact_surface, table) = (&self.contact_surface, &self.contact_surface.table);
-        let (placed, size) = (self.placed(view.displacement, view.load), matrix.len().isqrt());
+        let (placed, size) = (self.placed(view.displacement, view.load), out.residual.len());
         let (mut means, mut list): (Vec<(u32, CountedMean)>, _) = (Vec::new(), Vec::new());
         for point in table.clusters.points(facet) {
             let (mut by_normal, mut by_square, mut found) = (0.0, 0.0, None);
@@ -364,21 +364,31 @@ impl RigidContact {
             let Some(at) = found else { continue };
             let normal = at.found.normal;
             let bend = at.found.curvature * by_normal + normal * normal.transpose() * by_square;
-            let turned = at.motions[1].map(|_| placed.spun(&normal) * (by_normal / self.lever));
-            if turned.is_none() && bend.norm() == 0.0 {
+            let spun = placed.spun(&normal) * by_normal;
+            if spun == Vec3::zeros() && bend.norm() == 0.0 {
                 continue;
             }
             self.list(size, &at, (table.clusters.local(point), table.values(point)), &mut list);
+            // The normal turns with the surface.
+            let turn = at.motions[1].and_then(|_| list.last()).map(|(turn, _)| *turn);
+            let rate = placed.rate(&at.arm);
+            let by_load = spun * placed.turn_rate() - bend * rate;
+            list.iter().for_each(|(row, left)| out.load_slope[*row] += left.dot(&by_load));
+            if let Some(turn) = turn {
+                out.load_slope[turn] -= spun.dot(&rate) / self.lever;
+            }
+            if !out.with_matrix {
+                continue;
+            }
             for (column, right) in &list {
-                let (right, column) = (bend * right, &mut matrix[column * size..][..size]);
+                let (right, column) = (bend * right, &mut out.matrix[column * size..][..size]);
                 list.iter().for_each(|(row, left)| column[*row] += left.dot(&right));
             }
-            // The normal turns with the surface.
-            let (Some(turned), Some(&(turn, _))) = (turned, list.last()) else { continue };
+            let Some(turn) = turn else { continue };
             for (place, by) in &list {
-                let entry = turned.dot(by);
-                matrix[turn * size + place] += entry;
-                matrix[place * size + turn] += if *place == turn { 0.0 } else { entry };
+                let entry = spun.dot(by) / self.lever;
+                out.matrix[turn * size + place] += entry;
+                out.matrix[place * size + turn] += if *place == turn { 0.0 } else { entry };
             }
         }
     }
@@ -421,8 +431,8 @@ impl Term for RigidContact {
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
         if let Some(facet) = self.facet_of(cluster) {
-            if out.with_matrix {
-                self.add_curvature(facet, &view, &mut out.matrix);
+            if out.with_matrix || self.surface.moves_with_load() {
+                self.add_curvature(facet, &view, out);
             }
             return;
         }
@@ -439,20 +449,25 @@ impl Term for RigidContact {
         let mut slope = std::mem::take(&mut out.scratch);
         slope.clear();
         slope.resize(size, 0.0);
-        let bent = if out.with_matrix && !kept { self.law.pressure(cluster, view.condensed).0.max(0.0) } else { 0.0 };
-        let (mut beside, mut whole) = (Vec::new(), 0.0);
+        let bends = (out.with_matrix || self.surface.moves_with_load()) && !kept;
+        let bent = if bends { self.law.pressure(cluster, view.condensed).0.max(0.0) } else { 0.0 };
+        let placed = self.placed(view.displacement, view.load);
+        let (mut beside, mut whole, mut by_load) = (Vec::new(), 0.0, [0.0; 2]);
         let (touch, local_contact) = self.touch(cluster, &view, |k, [part, more], at| {
             let values = self.contact_surface.table.values(at.point as usize);
             let (seen, more) = ((trace.local(k), values), -bent * more);
+            let closing = at.found.normal.dot(&placed.rate(&at.arm));
+            by_load[0] -= part * closing;
             self.slopes(size, at, seen, |place, by| slope[place] += part * by);
             if more != 0.0 {
                 whole += more;
+                by_load[1] -= more * closing;
                 beside.resize(size, 0.0);
                 self.slopes(size, at, seen, |place, by| beside[place] += more * by);
             }
         });
         let (factor, square) = (-1.0 / trace.area, whole / trace.area.powi(2));
-        let gradients = Gradients { slope, beside, factor, square };
+        let gradients = Gradients { slope, beside, factor, square, by_load };
         if touch.is_active() {
             let moves = if self.law.has_friction() { self.moves(cluster, &local_contact) } else { Vec::new() };
             touch.add(&gradients, &moves, out);
@@ -540,9 +555,7 @@ impl Term for RigidContact {
 
     fn farthest_load(&self, from: f64, to: f64) -> f64 {
         let to = if self.law.has_friction() { friction_step(from, to) } else { to };
-        let moves =
-            self.surface.drive.as_ref().is_some_and(|drive| drive.force.is_none()) || self.surface.turning.is_some();
-        if !moves {
+        if !self.surface.moves_with_load() {
             return to;
         }
         let start = self.surface.placed(from, [0.0; 2]);

@@ -152,7 +152,7 @@ impl PairContact {
             moves.extend((0..self.law.dim).map(|i| (place * self.law.dim + i, along(i))));
         }
         let factor = touch.concentrated()[0].max(0.0) / touch.gap_area;
-        touch.add(&Gradients { slope, beside: area_slope, factor, square: 0.0 }, &moves, out);
+        touch.add(&Gradients { slope, beside: area_slope, factor, square: 0.0, by_load: [0.0; 2] }, &moves, out);
         points
     }
 

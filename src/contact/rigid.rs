@@ -161,6 +161,12 @@ impl Obstacle {
         self.turning = Some(Turning { about, spin, amount, amplitude, free, start: 0.0, axis: axis.norm() });
     }
 
+    /// Whether the load factor moves it.
+    pub(crate) fn moves_with_load(&self) -> bool {
+        self.drive.as_ref().is_some_and(|drive| drive.force.is_none())
+            || self.turning.as_ref().is_some_and(|turning| !turning.free)
+    }
+
     /// Refuses surfaces that bound no body and motions that are none.
     pub(crate) fn validate(&self, contact: &str) -> Result<(), Error> {
         let contact = contact.to_string();
@@ -278,7 +284,12 @@ impl Placed {
 
     /// How the surface moves with the load factor at the end of an arm.
     pub(crate) fn rate(&self, arm: &Vec3) -> Vec3 {
-        self.slope + self.spun(arm) * self.turned.as_ref().map_or(0.0, |turned| turned.rate)
+        self.slope + self.spun(arm) * self.turn_rate()
+    }
+
+    /// How it turns with the load factor.
+    pub(crate) fn turn_rate(&self) -> f64 {
+        self.turned.as_ref().map_or(0.0, |turned| turned.rate)
     }
 
     /// The angle that it has turned by.

@@ -3,7 +3,7 @@
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use rkpm::prelude::*;
 use rkpm::scene::Stages;
-use rkpm::solve::EquilibriumPath;
+use rkpm::solve::{EquilibriumPath, Rhs};
 
 const RADIUS: f64 = 0.5;
 
@@ -180,4 +180,37 @@ fn friction_of_a_turn_does_not_depend_on_its_steps() {
     let [(few, first), (many, second)] = found;
     assert!(few < many && first[0] > 0.05, "{few} {many} {first}");
     assert_abs_diff_eq!(first, second, epsilon = 1e-6 * first.norm());
+}
+
+/// The solution for a unit of the load is the slope of the path, where a round surface moves sideways over a body, where a cam turns, and where
+/// one that is free to turn rises. What contacts give in one solution is as much as their stiffness of an iteration, 1e4 shear moduli.
+#[test]
+fn a_unit_of_the_load_is_the_slope_of_the_path() {
+    const CENTRE: [f64; 2] = [0.0, 1.0 + RADIUS];
+    const BESIDE: [f64; 2] = [0.3, 1.0 + RADIUS];
+    let moved = |shaft: RigidSurface<2>| shaft.moving([0.1, -0.3]);
+    let cam = |shaft: RigidSurface<2>| shaft.turning(BESIDE, 0.5);
+    let both = |shaft: RigidSurface<2>| shaft.moving([0.05, -0.2]).turning(BESIDE, 0.3);
+    let free = |shaft: RigidSurface<2>| shaft.moving([0.0, -0.2]).driven(BESIDE, 0.05);
+    for (way, then) in [moved as fn(RigidSurface<2>) -> RigidSurface<2>, cam, both, free].into_iter().enumerate() {
+        let scene = Scene::new(Block::new([-1.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber())
+            .hold((1, Side::Min))
+            .contact((1, Side::Max), then(RigidSurface::shaft(CENTRE, RADIUS)));
+        let problem = scene.discretize(&Scheme::default().particles([17, 5])).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        for load in [0.6, 0.9] {
+            let by = 1e-4;
+            let states = problem.states_at(&path, &[load - by, load, load + by]).unwrap();
+            let mut equilibrium = problem.equilibrium().unwrap();
+            equilibrium.linearize(&states[1]).unwrap();
+            let slope = equilibrium.solve(Rhs::Load).unwrap().displacement;
+            let (mut off, mut size) = (0.0, 0.0);
+            for (k, slope) in slope.iter().enumerate() {
+                let difference = (states[2].displacement[k] - states[0].displacement[k]) / (2.0 * by);
+                off += (slope - difference).powi(2);
+                size += difference.powi(2);
+            }
+            assert!(off < 1e-6 * size, "way {way}, load factor {load}: off by {:.1e}", (off / size).sqrt());
+        }
+    }
 }
