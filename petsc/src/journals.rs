@@ -19,7 +19,7 @@ type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
 /// Journals of a run, one for each rank: `run.jsonl` becomes `run.0_of_2.jsonl` and `run.1_of_2.jsonl`. Each holds the
 /// displacements of all and the condensed unknowns of its rank, and a file beside it, `run.0_of_2.jsonl.zones`, says of which zones.
-/// Together they resume the run: on as many ranks bit for bit, on another number to rounding.
+/// Together they resume the run: to rounding, for factors over several ranks add up what arrives in any order.
 #[derive(Debug)]
 pub struct Journals;
 
