@@ -252,16 +252,18 @@ fn a_coarse_cube_tells_the_stress_too() {
     }
 }
 
-/// A column between smooth walls under its own weight: the vertical stress is the weight above, in any current position.
+/// A column between smooth walls under its own weight, warm or not: the vertical stress is the weight above, in any current position.
 #[test]
 fn stresses_balance_body_forces() {
     let (weight, height) = (0.2, 2.0);
-    let scene = Scene::new(Block::new([0.0, 0.0], [1.0, height]), PlaneStrain, Rubber::neo_hookean(0.5, 5.0).unwrap())
+    let column = Scene::new(Block::new([0.0, 0.0], [1.0, height]), PlaneStrain, Rubber::neo_hookean(0.5, 5.0).unwrap())
         .prescribe((0, Side::Min), 0, 0.0)
         .prescribe((0, Side::Max), 0, 0.0)
         .prescribe((1, Side::Min), 1, 0.0)
         .with(Load::body_force([0.0, -weight]));
-    for scheme in [Scheme::default(), Scheme::elements(2)] {
+    let warm = column.clone().with_expansion(1.05);
+    for (scene, scheme) in [&column, &warm].into_iter().flat_map(|s| [(s, Scheme::default()), (s, Scheme::elements(2))])
+    {
         let problem = scene.discretize(&scheme.particles([5, 9])).unwrap();
         let path = problem.run().unwrap().completed().unwrap();
         let field = problem.stress_field(path.last()).unwrap();

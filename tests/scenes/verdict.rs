@@ -149,6 +149,11 @@ fn surfaces_beyond_biots_limit_are_told() {
     for (part, expected) in [(0.7, false), (0.56, false), (0.53, true), (0.45, true)] {
         assert_eq!(beyond(part), expected, "{part}");
     }
+    // The elastic stretch counts: a gel that may not expand is compressed, a free one that shrinks is not.
+    let held = |stretch: f64, part: f64| verdict(&shortened(part).with_expansion(stretch), &scheme);
+    let surface = |causes: &[DoubtCause]| causes.iter().any(|cause| matches!(cause, DoubtCause::Surface { .. }));
+    assert!(surface(&held(1.25, 0.6)) && !surface(&held(0.9, 0.53)));
+    assert!(!surface(&verdict(&expanded(0.5), &scheme)));
     // In 3D along both directions of the surface; a bonded end has singular strains and is no free surface.
     let cube = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber());
     let pressed = |by: f64| {

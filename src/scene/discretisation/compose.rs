@@ -74,6 +74,7 @@ impl<const D: usize> Problem<D> {
         let each = if D == 1 { 1 } else { 2 };
         let discrete_body = DiscreteBody {
             sheet: None,
+            expansion: None,
             name: FIRST.into(),
             nodes: 0..needed,
             body,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::cells::Cells;
 use crate::error::{ApproximationError, Error, SolveError};
 use crate::geometry::{Mat3, Point, padded};
-use crate::scene::Sheet;
+use crate::scene::{Sheet, Value};
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::solve::State;
 use crate::term::Body;
@@ -26,6 +26,8 @@ pub struct DiscreteBody<const D: usize> {
     pub(crate) approximation: Box<dyn Approximation<D>>,
     /// What it is in plane stress.
     pub(crate) sheet: Option<Sheet<D>>,
+    /// The stretch of its free expansion, where it has one.
+    pub(crate) expansion: Option<Value<D>>,
     /// How its surface is integrated.
     pub(crate) facets: super::facet_rule::Facets,
     /// Largest half-widths of the supports; spacings of finite elements.

@@ -89,8 +89,8 @@ impl<const D: usize> BodyInput<'_, D> {
         let (name, cells, body) = (self.body.name.clone(), self.cells.clone(), Arc::new(body));
         let expansion = self.scene.expansion.clone();
         let is_sheet = self.scene.kinematics.is_plane_stress();
-        let sheet = is_sheet.then(|| Sheet { law: body.material().clone(), expansion });
-        DiscreteBody { name, nodes, body, cells, approximation, sheet, facets, dilations, raised }
+        let sheet = is_sheet.then(|| Sheet { law: body.material().clone(), expansion: expansion.clone() });
+        DiscreteBody { name, nodes, body, cells, approximation, sheet, expansion, facets, dilations, raised }
     }
 }
 

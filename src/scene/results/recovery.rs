@@ -373,7 +373,9 @@ impl<'a> Recovery<'a> {
             }
         }
         let gradients = body.settled_gradients(number, state);
-        let mut jacobians: Vec<f64> = gradients.mapped(Mat3::determinant);
+        // Of the body as it was given, its free expansion included.
+        let volume = |(point, f): (usize, &Mat3)| f.determinant() / body.at_rest(point).determinant();
+        let mut jacobians: Vec<f64> = gradients.iter().enumerate().map(volume).collect();
         let mut stresses = body.stresses(number, state);
         let mut thickness = Vec::new();
         if body.is_sheet() {

@@ -49,6 +49,8 @@ pub(crate) trait BodyView: Send + Sync {
     fn nodes(&self) -> Range<usize>;
     fn material(&self) -> &dyn Material;
     fn is_sheet(&self) -> bool;
+    /// The stretch of free expansion at a place.
+    fn expands(&self, at: &Vec3) -> f64;
     fn facets(&self) -> Facets;
 
     /// What the body's table says of its points.
@@ -104,6 +106,10 @@ impl<const D: usize> BodyView for DiscreteBody<D> {
 
     fn is_sheet(&self) -> bool {
         self.sheet.is_some()
+    }
+
+    fn expands(&self, at: &Vec3) -> f64 {
+        self.expansion.as_ref().map_or(1.0, |stretch| stretch.at(&padded(at), 1.0))
     }
 
     fn facets(&self) -> Facets {

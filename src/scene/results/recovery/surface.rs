@@ -49,7 +49,9 @@ impl Recovery<'_> {
             let near = at.get(&key(&(x / size), &n))?;
             near.iter().copied().find(|&facet| exact(&points.positions[facet], &x, size))
         };
-        let mut volume = [self.body.weights().iter().sum::<f64>()];
+        // Loads act per volume of the body as it was given.
+        let given = |(point, weight): (usize, &f64)| weight * self.body.at_rest(point).determinant();
+        let mut volume = [self.body.weights().iter().enumerate().map(given).sum::<f64>()];
         self.total(&mut volume);
         let mut tractions = vec![Vec3::zeros(); points.positions.len()];
         let mut body_force: Option<Vec<Vec3>> = None;

@@ -71,11 +71,11 @@ pub(super) fn beyond_limit(
     Some(Doubt { cause, load: state.load, at: problem.cut(&worst.reference) })
 }
 
-/// The least value over the principal directions of the surface: of the stretches along it and across.
+/// The least value over the principal directions of the surface: of the elastic stretches along it and across.
 fn least(point: &SurfacePoint, of: &dyn Fn(f64, f64) -> f64) -> Option<f64> {
     let area = point.area();
     let normal = area / area.norm();
-    let strain = point.f * point.f.transpose();
+    let strain = point.f * point.f.transpose() / point.free.powi(2);
     let values: Vec<f64> = if point.dim == 2 {
         let tangent = Vector3::new(-normal.y, normal.x, 0.0);
         vec![of(tangent.dot(&(strain * tangent)).sqrt(), strain[(2, 2)].sqrt())]

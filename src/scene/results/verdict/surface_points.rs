@@ -24,6 +24,8 @@ pub(super) struct SurfacePoint {
     pub weight: f64,
     /// The deformation gradient.
     pub f: Matrix3<f64>,
+    /// The stretch of the body's free expansion.
+    pub free: f64,
     /// The outward normal of the undeformed surface.
     pub normal: Vector3<f64>,
     /// Particles whose trace functions it lies under, among all nodes.
@@ -69,6 +71,7 @@ pub(super) fn surface_points(problem: &ProblemView<'_>, state: &State) -> Result
                 current: x + u,
                 weight: points.weights[point],
                 f,
+                free: body.expands(x),
                 normal: points.normals[point],
                 owners,
                 spacing,
