@@ -37,6 +37,13 @@ impl ConstraintEquation {
         (entries.map(|&(unknown, c)| (unknown, c / largest)).collect(), 1.0 / largest)
     }
 
+    /// Whether it prescribes one value at all load factors, to a rounding.
+    pub(crate) fn stays_at(&self, value: f64, rounding: f64) -> bool {
+        let off = |load: f64| (self.target * self.amplitude.value(load) - value).abs() > rounding;
+        let loads = || self.amplitude.break_points().into_iter().chain([1.0]);
+        if self.target == 0.0 { value.abs() <= rounding } else { !self.amplitude.is_function() && !loads().any(off) }
+    }
+
     /// $\sum_k |c_k|$, by which values of constraint equations over a boundary are divided to be lengths; about 1 at particles.
     pub(crate) fn measure(&self) -> f64 {
         self.entries.summed(|(_, c)| c.abs())

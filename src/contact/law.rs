@@ -146,6 +146,13 @@ impl ContactLaw {
     }
 }
 
+/// The displacement with which bodies begin, of which nothing is said that did not move.
+pub(crate) fn started(moved: &[f64], unknowns: usize) -> Vec<f64> {
+    let mut all = vec![0.0; unknowns];
+    all.iter_mut().zip(moved).for_each(|(all, moved)| *all = *moved);
+    all
+}
+
 /// Up to three numbers as a vector.
 pub(super) fn three(numbers: &[f64]) -> Vec3 {
     let mut all = Vec3::zeros();

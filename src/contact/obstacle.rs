@@ -7,7 +7,7 @@ use super::contact_surface::Trace;
 use super::counted::CountedMean;
 use super::facing::THROUGH;
 use super::friction::friction_step;
-use super::law::{Gradients, Pressed, Slipping, Stiffness, Touch, three};
+use super::law::{Gradients, Pressed, Slipping, Stiffness, Touch, started, three};
 use super::rigid::{Obstacle, Placed};
 use super::{ContactError, ContactLaw, ContactSurface, Nearest};
 
@@ -121,10 +121,11 @@ impl RigidContact {
         }
     }
 
-    /// The contact of a boundary part with a surface.
+    /// The contact of a boundary part with a surface, of a body that begins with a displacement.
     pub(crate) fn new(
         contact_surface: ContactSurface,
         surface: Obstacle,
+        moved: &[f64],
         rigid_dof: Option<u32>,
         stiffness: Stiffness,
         fixes: impl Fn(usize, usize) -> bool,
@@ -146,7 +147,7 @@ impl RigidContact {
         if contact.surface.interference.is_some() {
             let (table, all) = (&contact.contact_surface.table, contact.contact_surface.traces.len());
             let unknowns = table.dim * contact.rigid_dof.map_or(0, |node| node as usize + 1).max(table.node_count);
-            let rest = vec![0.0; unknowns];
+            let rest = started(moved, unknowns);
             let view = View { displacement: &rest, condensed: &[], load: 0.0 };
             let gaps = (0..all).map(|trace| contact.local_contact(trace, &view, |_, _, _| {}).gap);
             contact.law.at_rest = gaps.collect();

@@ -16,7 +16,7 @@ use super::faces::{Faces, LaidFaces};
 use super::facets::Facing;
 use super::facing::Facets;
 use super::jet::Jet;
-use super::law::{Pressed, Slipping, Touch, three};
+use super::law::{Pressed, Slipping, Touch, started, three};
 use super::vertices::{Means, Movers};
 use super::{ContactLaw, ContactSurface, overlap};
 
@@ -223,6 +223,7 @@ impl PairContact {
         nodes: Vec<u32>,
         positions: &[Vec3],
         law: ContactLaw,
+        moved: &[f64],
     ) -> Self {
         let place = |node: u32| nodes.partition_point(|&n| n < node) as u16;
         let mut movers = Movers::default();
@@ -270,7 +271,7 @@ impl PairContact {
             searched,
             held,
         };
-        pair.measure_overlap();
+        pair.measure_overlap(moved);
         pair
     }
 
@@ -280,12 +281,12 @@ impl PairContact {
         matches!(&self.geometry, Geometry::Space(faces) if faces.cut_facets)
     }
 
-    /// Measures the overlap at rest that an interference resolves.
-    fn measure_overlap(&mut self) {
+    /// Measures the overlap that an interference resolves, of bodies that begin with a displacement.
+    fn measure_overlap(&mut self, moved: &[f64]) {
         if let Some(interference) = self.law.interference.take() {
             self.deepen(f64::INFINITY);
             let unknowns = self.nodes.last().map_or(0, |last| (*last as usize + 1) * self.law.dim);
-            let state = self.laid(&vec![0.0; unknowns]);
+            let state = self.laid(&started(moved, unknowns));
             let gaps = (0..self.carrying).map(|trace| {
                 let gap = self.overlap(trace, &state, 0.0, |_| {}).gap;
                 if gap.is_finite() { gap } else { 0.0 }

@@ -82,7 +82,7 @@ pub enum ContactError {
     },
     /// An interference of parts that do not overlap.
     #[error(
-        "{contact}: an interference is to be resolved, and the parts are {gap:e} apart before anything moves: draw them with their \
+        "{contact}: an interference is to be resolved, and the parts are {gap:e} apart where they begin: draw them with their \
          overlap, or leave the interference out"
     )]
     NoOverlap {

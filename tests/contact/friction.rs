@@ -228,3 +228,33 @@ fn edges_that_conditions_keep_take_no_friction() {
     let (smooth, rough, rougher) = (lid(0.0), lid(0.2), lid(0.5));
     assert!(smooth < rough && rough < rougher && rougher < bonded, "{smooth}, {rough}, {rougher}, {bonded}");
 }
+
+/// Beside a rigid body that moves along a wall, and beside a face that a later stage moves back, all of the wall has its friction: the
+/// equations there hold nothing.
+#[test]
+fn friction_acts_beside_what_moves() {
+    let rubber = Rubber::neo_hookean(0.5, 100.0).unwrap();
+    let wall = RigidSurface::plane([1.0, 0.0], [-1.0, 0.0]).friction(0.3).named("wall");
+    let pressed = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber)
+        .pressure((0, Side::Min), 0.05)
+        .contact((0, Side::Max), wall);
+    let ratio = |problem: &Problem<2>, state: &rkpm::solve::State| {
+        let force = problem.contact(state, "wall").unwrap().force;
+        (force[1] / force[0]).abs()
+    };
+    let scheme = Scheme::default().particles([5, 5]);
+    let plate = pressed.clone().rigid("plate", (1, Side::Max)).with(Condition::on("plate").component(1, 0.2));
+    let (problem, path) = {
+        let problem = plate.discretize(&scheme).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        (problem, path)
+    };
+    assert_relative_eq!(ratio(&problem, path.last()), 0.3, max_relative = 1e-6);
+    let stages =
+        rkpm::scene::Stages::new("up", pressed.with(Condition::on((1, Side::Max)).component(1, 0.2).named("up")))
+            .then("down", |scene| scene.without("up").prescribe((1, Side::Max), 1, 0.0));
+    let done = stages.run(&scheme).unwrap();
+    for stage in &done {
+        assert_relative_eq!(ratio(&stage.problem, stage.path.last()), 0.3, max_relative = 1e-6);
+    }
+}

@@ -3,6 +3,7 @@
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use rkpm::Error;
 use rkpm::prelude::*;
+use rkpm::scene::Stages;
 use rkpm::solve::EquilibriumPath;
 
 const SHEAR: f64 = 0.5;
@@ -169,4 +170,39 @@ fn shrink_fit_of_radial_lines() {
     assert_eq!(places.len(), 2);
     assert_abs_diff_eq!(places[0], places[1], epsilon = 1e-9);
     assert_abs_diff_eq!(found.points.iter().map(|point| point.force[0]).sum::<f64>(), 0.0, epsilon = 1e-9);
+}
+
+/// A fit of a later stage resolves the overlap that the bodies have come to by then, between two of them and with a rigid surface: that of
+/// blocks that are drawn so. Apart, there is nothing to resolve.
+#[test]
+fn fits_of_later_stages_resolve_what_has_come_to_overlap() {
+    let (scheme, by) = (Scheme::default().particles([5, 5]), 0.05);
+    let low = |scene: Scene<2>| scene.hold(Place::from((1, Side::Min)).of("low"));
+    let blocks = |from: f64| {
+        let scene = Scene::assembly(PlaneStrain).body("low", Block::new([0.0, 0.0], [1.0, 1.0]), rubber());
+        low(scene.body("high", Block::new([0.2, from], [0.8, from + 1.0]), rubber()))
+    };
+    let lid = || Place::from((1, Side::Max)).of("high");
+    let pressed = |scene: Scene<2>| {
+        scene.press_fit(Place::from((1, Side::Min)).of("high"), Place::from((1, Side::Max)).of("low"), "fit")
+    };
+    let drawn = solved(&pressed(blocks(1.0 - by).with(Condition::on(lid()).displacement([0.0, 0.0]))), &scheme);
+    let led = |down: f64| blocks(1.1).with(Condition::on(lid()).displacement([0.0, -down]));
+    let moved = Stages::new("down", led(0.1 + by)).then("fit", pressed).run(&scheme).unwrap();
+    let force = |problem: &Problem<2>, path: &EquilibriumPath| problem.contact(path.last(), "fit").unwrap().force[1];
+    let expected = force(&drawn.0, &drawn.1);
+    assert!(expected.abs() > 0.01);
+    assert_abs_diff_eq!(force(&moved[1].problem, &moved[1].path) / expected, 1.0, epsilon = 1e-8);
+    let apart = Stages::new("down", led(0.05)).then("fit", pressed).run(&scheme).err().unwrap().to_string();
+    assert!(apart.contains("apart where they begin"), "{apart}");
+
+    let wall = |at: f64| RigidSurface::plane([0.0, at], [0.0, -1.0]).named("fit").interference(1.0);
+    let block = || Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber());
+    let (problem, path) = solved(&block().hold((1, Side::Min)).contact((1, Side::Max), wall(1.0 - by)), &scheme);
+    let lifted = block().with(Condition::on((1, Side::Min)).displacement([0.0, by]));
+    let stages = Stages::new("up", lifted).then("fit", move |scene| scene.contact((1, Side::Max), wall(1.0)));
+    let moved = stages.run(&scheme).unwrap();
+    let expected = force(&problem, &path);
+    assert!(expected.abs() > 0.01);
+    assert_abs_diff_eq!(force(&moved[1].problem, &moved[1].path) / expected, 1.0, epsilon = 1e-8);
 }

@@ -67,8 +67,8 @@ pub struct Scene<const D: usize> {
     pub(crate) names: Vec<(String, Place<D>)>,
     /// Rigid bodies and the parts tied to them.
     pub(crate) rigids: Vec<(String, Place<D>)>,
-    /// The time at which a later stage begins; none in a first one.
-    pub(crate) started: Option<f64>,
+    /// The time and the displacements of the particles with which a later stage begins; none in a first one.
+    pub(crate) started: Option<(f64, Arc<Vec<f64>>)>,
     /// Names that a stage asked for and nothing has.
     pub(crate) absent: Vec<String>,
 }
@@ -305,11 +305,18 @@ impl<const D: usize> Scene<D> {
     /// The same with time as any function of the load factor that does not fall: a table (0, 0), (0.1, 0), (0.5, 1), (1, 1000) loads suddenly
     /// by a tenth, then takes a second for the next part and a thousand for the rest. Steps stop at its pairs.
     pub fn with_clock(mut self, clock: Amplitude) -> Self {
-        self.clock = Some(match self.started {
+        self.clock = Some(match &self.started {
             None => clock,
-            Some(time) => clock.later(time),
+            Some((time, _)) => clock.later(*time),
         });
         self
+    }
+}
+
+impl<const D: usize> Scene<D> {
+    /// The displacements with which that many unknowns of particles begin; nothing in a first stage.
+    pub(crate) fn moved(&self, unknowns: usize) -> &[f64] {
+        self.started.as_ref().and_then(|(_, moved)| moved.get(..unknowns)).unwrap_or_default()
     }
 }
 

@@ -4,9 +4,10 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use crate::assembly::Model;
-use crate::boundary::Constraints;
+use crate::boundary::{ConstraintEquation, Constraints};
 use crate::contact::{
     ArtificialSpring, ContactError, ContactLaw, ContactSurface, PairContact, RigidBodyDof, RigidContact, Stiffness,
+    started,
 };
 use crate::each::Each;
 use crate::error::{Error, Incompatible};
@@ -67,9 +68,9 @@ pub(crate) fn contact_definition<const D: usize>(
     // Pressures act on what a body gives least in, whichever it is.
     let bulk = scene.bodies.iter().map(|body| body.material.initial_moduli().bulk).fold(0.0, f64::max);
     let particles = positions.len();
+    let moved = scene.moved(D * particles);
     let mut next = particles;
-    let still = equations.equations().iter().filter(|equation| equation.target == 0.0);
-    let still: HashSet<usize> = still.map(|equation| equation.dependent).collect();
+    let still = still(equations, D * particles, moved);
     let fixes =
         |particle: usize, i: usize| i < D && still.contains(&(particle * D + i)) && equations.prescribes(particle, i);
     for contact in &scene.contacts {
@@ -79,13 +80,14 @@ pub(crate) fn contact_definition<const D: usize>(
         });
         let contact_surface = bodies.surface(&contact.place, &|| contact.label(), rigid_dof)?;
         let stiffness = Stiffness::of(shear, bulk);
-        let law = RigidContact::new(contact_surface, contact.surface.clone(), rigid_dof, stiffness, fixes);
-        if scene.started.is_none() {
-            if law.law.interference.is_none() {
-                looks_at(&law, model.unknowns(), || contact.label())?;
-            }
-            let deepest = deepest(&law, model.unknowns(), 0.0);
-            starts_right(deepest, &law.contact_surface, law.law.interference.is_some(), || contact.label())?;
+        let law = RigidContact::new(contact_surface, contact.surface.clone(), moved, rigid_dof, stiffness, fixes);
+        let fit = law.law.interference.filter(|fit| !fit.resolved);
+        if scene.started.is_none() && fit.is_none() {
+            looks_at(&law, model.unknowns(), || contact.label())?;
+        }
+        if scene.started.is_none() || fit.is_some() {
+            let deepest = deepest(&law, moved, model.unknowns(), 0.0);
+            starts_right(deepest, &law.contact_surface, fit.is_some(), || contact.label())?;
         }
         let (lever, law, term) = (law.lever, Arc::new(law), model.terms().len());
         contacts.push(Contact { name: contact.surface.name.clone(), term, law: Law::Rigid(law.clone()) });
@@ -103,6 +105,20 @@ pub(crate) fn contact_definition<const D: usize>(
         contacts.push(bodies.pair(contact_pair, positions, Stiffness::of(shear, bulk), model)?);
     }
     Ok(contacts)
+}
+
+/// Part of the largest displacement by which a condition of a later stage may move a particle that stays: what solutions are off by.
+const STAYS: f64 = 1e-6;
+
+/// The unknowns that equations over particles alone hold, there being `own` of them: neither rigid bodies nor what a stage prescribes anew
+/// move these.
+fn still(equations: &Constraints, own: usize, moved: &[f64]) -> HashSet<usize> {
+    let rounding = STAYS * moved.largest(|u| u.abs());
+    let holds = |equation: &&ConstraintEquation| {
+        let begins = equation.entries.summed(|&(k, c)| c * moved.get(k).copied().unwrap_or(0.0));
+        equation.entries.iter().all(|entry| entry.0 < own) && equation.stays_at(begins, rounding * equation.measure())
+    };
+    equations.equations().iter().filter(holds).map(|equation| equation.dependent).collect()
 }
 
 impl<const D: usize> Bodies<'_, D> {
@@ -125,9 +141,12 @@ impl<const D: usize> Bodies<'_, D> {
             faces.push(self.surface(second, &label, None)?);
         }
         let law = ContactLaw::new(D, stiffness, contact_pair.friction, contact_pair.interference);
-        let (law, swapped) = between(faces, positions, &law, &label)?;
-        let deepest = law.deepest_at_rest(model.unknowns());
-        starts_right(deepest, &law.contact_surfaces[0], law.law.interference.is_some(), label)?;
+        let (law, swapped) = between(faces, positions, &law, self.scene.moved(D * positions.len()), &label)?;
+        let fit = law.law.interference.filter(|fit| !fit.resolved);
+        if self.scene.started.is_none() || fit.is_some() {
+            let deepest = law.deepest_at_rest(model.unknowns());
+            starts_right(deepest, &law.contact_surfaces[0], fit.is_some(), label)?;
+        }
         let (law, term) = (Arc::new(law), model.terms().len());
         model.add_replicated(law.clone());
         Ok(Contact { name, term, law: Law::Pair(law, swapped) })
@@ -175,6 +194,7 @@ fn between(
     mut faces: Vec<ContactSurface>,
     positions: &[Point<3>],
     law: &ContactLaw,
+    moved: &[f64],
     label: &dyn Fn() -> String,
 ) -> Result<(PairContact, bool), Error> {
     let mut nodes: Vec<u32> = Vec::new();
@@ -194,13 +214,13 @@ fn between(
     if swapped {
         faces.reverse();
     }
-    let mut pair = PairContact::new(faces, nodes, positions, law.clone());
+    let mut pair = PairContact::new(faces, nodes, positions, law.clone(), moved);
     if pair.has_cut_facets() && two {
         // Nothing can be pressed against this face, but it may be pressed against the other one.
         let (mut faces, nodes) = (pair.contact_surfaces, pair.nodes);
         faces.reverse();
         swapped = !swapped;
-        pair = PairContact::new(faces, nodes, positions, law.clone());
+        pair = PairContact::new(faces, nodes, positions, law.clone(), moved);
     }
     if pair.has_cut_facets() {
         let remedy = "mesh the body that is pressed against, or press it against a rigid surface";
@@ -256,11 +276,13 @@ fn starts_right(
     }
 }
 
-/// How deep the undeformed body is in a rigid surface at a load factor, and where.
-fn deepest(law: &RigidContact, unknowns: usize, load: f64) -> Option<(f64, Point<3>)> {
-    let placed = law.placed(&vec![0.0; unknowns], load);
-    let depth = |x: &Point<3>| (-placed.nearest(&*law.surface.shape, x).gap, *x);
-    law.contact_surface.table.positions.iter().map(depth).max_by(|a, b| a.0.total_cmp(&b.0))
+/// How deep the body is in a rigid surface at a load factor where it begins, and where.
+fn deepest(law: &RigidContact, moved: &[f64], unknowns: usize, load: f64) -> Option<(f64, Point<3>)> {
+    let (placed, moved) = (law.placed(&vec![0.0; unknowns], load), started(moved, unknowns));
+    let table = &law.contact_surface.table;
+    let place = |point: usize| law.contact_surface.place(point as u32, &moved);
+    let depth = |point: usize| (-placed.nearest(&*law.surface.shape, &place(point)).gap, table.positions[point]);
+    (0..table.len()).map(depth).max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 impl<const D: usize> Problem<D> {
@@ -274,7 +296,7 @@ impl<const D: usize> Problem<D> {
                 return None;
             }
             let unknowns = self.model.unknowns();
-            let nearest = (0..=16).filter_map(|k| deepest(law, unknowns, f64::from(k) / 16.0));
+            let nearest = (0..=16).filter_map(|k| deepest(law, &[], unknowns, f64::from(k) / 16.0));
             let (depth, at) = nearest.max_by(|a, b| a.0.total_cmp(&b.0))?;
             (-depth - moved > extent).then(|| {
                 format!(

@@ -149,12 +149,12 @@ impl<const D: usize> Stages<D> {
                 Some(path) => solve(&stage.name, &problem, path)?,
             };
             let answered = path.is_answer();
-            let time = problem.time(path.last());
+            let (time, last) = (problem.time(path.last()), path.last().displacement.clone());
             done.push(StagePath { name: stage.name.clone(), problem, path });
             if !answered {
                 break;
             }
-            scene = held::held(scene, time);
+            scene = held::held(scene, time, &last);
         }
         Ok(done)
     }
