@@ -138,6 +138,10 @@ fn volumes_are_rigid_bodies_and_paths_are_written_whole() {
         .with(Load::force("steel plate", [0.0, 0.0, -0.05])));
     let alone = plug.body("rubber").unwrap();
     assert_eq!(problem.cells().positions(), alone.points());
+    // By a name of its own as well.
+    let named = Scene::new(&plug, Solid, rubber()).name("core", "steel plate").rigid("steel", "core");
+    let named = named.hold("base").discretize(&Scheme::default()).unwrap();
+    assert_eq!(named.cells().positions(), alone.points());
     let motion = problem.rigid_motion(path.last(), "steel plate").unwrap();
     assert!(
         abs_diff_eq!(motion.displacement[0], 0.2, epsilon = 0.05) && motion.rotation_vector()[1] > 1e-3,

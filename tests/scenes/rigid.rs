@@ -1,9 +1,11 @@
 //! Rigid bodies: held, moved, loaded; their forces and moments balance those of the opposite face.
 
+use std::sync::Arc;
+
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use nalgebra::{Matrix2, Matrix3, Rotation3, Vector3};
 use rkpm::prelude::*;
-use rkpm::scene::RigidMotion;
+use rkpm::scene::{ConstraintKind, RigidMotion};
 
 fn rubber() -> Rubber {
     Rubber::neo_hookean(0.5, 1e3).unwrap()
@@ -222,4 +224,40 @@ fn a_condition_named_as_its_rigid_body_counts_once() {
     assert_abs_diff_eq!(own.0, other.0, epsilon = 1e-9);
     assert_abs_diff_eq!(own.1, other.1, epsilon = 1e-9);
     assert_eq!(own.2, other.2);
+}
+
+/// The middle of a rigid body is that of its area, however the nodes of the face are spaced and whatever ties them, symmetry planes too: a
+/// force there does not turn it.
+#[test]
+fn the_middle_of_a_rigid_body_is_that_of_its_area() {
+    let graded = || Layout::Graded(Arc::new(|axis, t| if axis == 0 { t * t } else { t }));
+    let scene = block().rigid("plate", (1, Side::Max)).with(Load::force("plate", [0.0, -0.3]));
+    let bound = Scheme::default().constraint_kind(ConstraintKind::AtParticles);
+    for scheme in [Scheme::elements(2), bound, Scheme::default()] {
+        let problem = scene.discretize(&scheme.particles([9, 5]).layout(graded())).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        let motion = problem.rigid_motion(path.last(), "plate").unwrap();
+        assert!(motion.displacement[1] < -1e-3, "{motion:?}");
+        // As symmetric as the coarse model is: a middle that is the nodes' turned it by 0.03.
+        assert!(motion.rotation_vector()[2].abs() < 1e-3, "{motion:?}");
+    }
+}
+
+/// What bonds bodies is no condition on the body: a slice that keeps its plane has the force of that alone.
+#[test]
+fn the_reaction_of_a_condition_on_the_body_is_its_own() {
+    let scene = Scene::assembly(Solid)
+        .body("left", Block::new([0.0; 3], [1.0; 3]), rubber())
+        .body("right", Block::new([1.0, 0.0, 0.0], [2.0, 1.0, 1.0]), rubber())
+        .hold(Place::from((0, Side::Min)).of("left"))
+        .with(Condition::on(Place::body()).component(2, 0.0))
+        .traction(Place::from((0, Side::Max)).of("right"), [0.05, 0.02, 0.0]);
+    for scheme in [Scheme::elements(1), Scheme::default()] {
+        let problem = scene.discretize(&scheme.particles([4, 4, 3])).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        let slice = problem.reaction(path.last(), Place::body()).unwrap();
+        assert_abs_diff_eq!(slice, Vector3::new(0.0, 0.0, slice[2]), epsilon = 1e-9);
+        let held = problem.reaction(path.last(), Place::from((0, Side::Min)).of("left")).unwrap();
+        assert_abs_diff_eq!(held.xy(), Vector3::new(-0.05, -0.02, 0.0).xy(), epsilon = 1e-8);
+    }
 }

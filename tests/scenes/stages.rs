@@ -253,6 +253,27 @@ fn a_rigid_body_goes_on() {
     }
 }
 
+/// A rigid body that a moment has turned is led back in steps: it turns evenly, for its nodes can't go straight, and the block is at rest in
+/// the end.
+#[test]
+fn a_turned_rigid_body_is_led_back() {
+    let quarters = Stepping { first: 0.25, largest: 0.25, ..Stepping::default() };
+    let turned = block().rigid("plate", (1, Side::Max)).with(Load::moment("plate", [0.0, 0.0, 0.3]).named("turn"));
+    let back = |scene: Scene<2>| scene.without("turn").with(Condition::on("plate").displacement([0.0, 0.0]));
+    let paths = Stages::new("turn", turned).then("back", back).run(&scheme().stepping(quarters)).unwrap();
+    let angle = |stage: usize, step: usize| {
+        let StagePath { problem, path, .. } = &paths[stage];
+        problem.rigid_motion(&path.steps[step].state, "plate").unwrap().rotation_vector()[2]
+    };
+    let first = angle(0, paths[0].path.steps.len() - 1);
+    assert!(first > 0.05, "{first}");
+    for (step, left) in [0.75, 0.5, 0.25, 0.0].into_iter().enumerate() {
+        assert_abs_diff_eq!(angle(1, step), left * first, epsilon = 1e-9);
+    }
+    let energy = paths[1].problem.energy(paths[1].path.last()).unwrap();
+    assert!(energy < 1e-15 * paths[0].problem.energy(paths[0].path.last()).unwrap(), "{energy}");
+}
+
 #[test]
 fn stages_that_can_not_be() {
     let refusal = |stages: Stages<2>| stages.run(&scheme()).err().unwrap();

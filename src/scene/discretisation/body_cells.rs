@@ -49,10 +49,10 @@ fn cells_of<const D: usize>(
         Source::Cells(cells) => cells.clone(),
         Source::Scattered(scatter) => scatter(&scheme)?,
         Source::Mesh(mesh) => {
-            let rigid = scene.rigid_volumes(mesh);
+            let rigid = scene.rigid_volumes(&body.name, mesh, None);
             match rigid.is_empty() {
                 true => Arc::new(Unstructured::new(mesh)?),
-                false => Arc::new(Unstructured::new(&mesh.without(&rigid)?)?),
+                false => Arc::new(Unstructured::new(&mesh.without(&rigid.mapped(|name| &**name))?)?),
             }
         }
     };

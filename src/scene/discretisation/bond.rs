@@ -15,7 +15,7 @@ use super::discrete_body::DiscreteBody;
 use super::facet_rule::FacetRule;
 use super::interface::{Face, carried, shared};
 use super::interface_moments::{Weighed, correct};
-use crate::scene::{BodyCells, Place, Scene, Spot};
+use crate::scene::{BodyCells, Scene, Spot};
 
 /// Middles of one facet found twice differ by less than this part of its coordinates.
 const SAME: f64 = 1e-9;
@@ -147,9 +147,9 @@ pub(crate) fn bond_all<const D: usize>(
             let boundaries = bondable(scene, all, discrete_bodies, rules, [first, second])?;
             bonded |= bond(equations, &mut ties, [earlier, later], boundaries, &*scene.kinematics)?;
             // The force of the bond is that on the earlier body.
-            let (name, place) = (Some(format!("bond of {} and {}", names[0], names[1])), Place::body());
+            let (name, nodes) = (Some(format!("bond of {} and {}", names[0], names[1])), earlier.nodes.clone());
             if equations.len() > before {
-                placed.push(Placed { name, place, equations: before..equations.len(), nodes: earlier.nodes.clone() });
+                placed.push(Placed { name, place: None, equations: before..equations.len(), nodes });
             }
         }
     }

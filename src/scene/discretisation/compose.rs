@@ -119,7 +119,7 @@ impl<const D: usize> Problem<D> {
             return Err(error);
         }
         let (equations, nodes) = (first..self.equations.len(), 0..self.model.node_count());
-        self.placed.push(Placed { name: Some(name), place, equations, nodes });
+        self.placed.push(Placed { name: Some(name), place: None, equations, nodes });
         Ok(self)
     }
 }

@@ -23,7 +23,8 @@ pub(crate) type Refused<'a> = &'a mut dyn FnMut(Error) -> Result<(), Error>;
 /// A condition of a problem: the name and place by which its results are found, and its constraint equations.
 pub(crate) struct Placed<const D: usize> {
     pub name: Option<String>,
-    pub place: Place<D>,
+    /// None where a name alone tells of it.
+    pub place: Option<Place<D>>,
     pub equations: Range<usize>,
     /// The nodes that its forces act on.
     pub nodes: Range<usize>,
@@ -126,13 +127,7 @@ pub(crate) fn equations<const D: usize>(
         let first = equations.len();
         for request in own {
             let before = equations.mark();
-            // Rows over a face know nothing of single particles: what they say twice is looked up in the scene.
-            let added = match of.facets.map_or(Ok(false), |_| lies_on_part(of.scene, mine, &request.single, of.cells)) {
-                Ok(true) => Ok(()),
-                Ok(false) => of.add(&mut equations, request, &nodes, &owners.yielded, &mut last),
-                Err(error) => Err(error),
-            };
-            if let Err(error) = added {
+            if let Err(error) = of.add(&mut equations, mine, request, &nodes, &owners.yielded, &mut last) {
                 skip(number, error)?;
                 // Without the rows that were added before it was refused.
                 equations.take_back(before);
@@ -141,43 +136,12 @@ pub(crate) fn equations<const D: usize>(
         let own = first..equations.len();
         if number < mine.len() {
             let (name, nodes) = (condition.name.clone(), 0..of.cells.positions().len());
-            placed.push(Placed { name, place: (*place).clone(), equations: own, nodes });
+            placed.push(Placed { name, place: Some((*place).clone()), equations: own, nodes });
         } else {
             ties.push((tied[number - mine.len()].0, own));
         }
     }
     Ok(Prescribed { equations, placed, ties })
-}
-
-/// Whether a condition at a particle says again what those on parts that hold the particle say: taken as well, the
-/// particle would be prescribed twice.
-///
-/// # Errors
-/// Where it says something else.
-fn lies_on_part<const D: usize>(
-    scene: &Scene<D>,
-    mine: &[(usize, Place<D>)],
-    single: &Single<'_, D>,
-    cells: &dyn Cells<D>,
-) -> Result<bool, Error> {
-    let Spot::Point(at) = &single.place.spot else { return Ok(false) };
-    let particle = particle_at(cells, at, &single.what.label)?;
-    let at = &cells.positions()[particle];
-    let mut prescriptions = Vec::new();
-    for (number, place) in mine {
-        let condition = &scene.conditions[*number];
-        let Spot::Part(part) = &place.spot else { continue };
-        // Parts that don't exist are refused with their own condition.
-        if !place.holds(at) || !cells.boundary_nodes(part).is_ok_and(|nodes| nodes.contains(&particle)) {
-            continue;
-        }
-        for other in singles(condition, place) {
-            let normals = normals(cells, part, &[particle], other.direction)?;
-            prescriptions.push(other.what.at(&padded(at), &normals.first().copied().unwrap_or_else(Point::zeros))?);
-        }
-    }
-    let requested = single.what.at(&padded(at), &Point::zeros())?;
-    Ok(is_redundant(&prescriptions, &requested, at.as_slice(), rounding(cells.positions()))?)
 }
 
 /// The outward normals of a part at some of its particles, where a direction asks for them.
@@ -284,6 +248,7 @@ impl<const D: usize> Conditioned<'_, D> {
     fn add(
         &self,
         equations: &mut Constraints,
+        mine: Numbered<'_, D>,
         request: &Request<'_, D>,
         nodes: &[Vec3],
         yielded: &[HashSet<u32>],
@@ -291,7 +256,7 @@ impl<const D: usize> Conditioned<'_, D> {
     ) -> Result<(), Error> {
         let single = &request.single;
         equations.add_break_points(single.break_points());
-        let Some((pieces, numbers)) = &request.over else { return self.collocate(equations, single) };
+        let Some((pieces, numbers)) = &request.over else { return self.collocate(equations, mine, single) };
         let yielded = &yielded[numbers.clone()];
         let all: HashSet<u32> = yielded.iter().flatten().copied().collect();
         let rebuilt;
@@ -317,7 +282,12 @@ impl<const D: usize> Conditioned<'_, D> {
     }
 
     /// Adds the equations of one direction of a condition at particles.
-    fn collocate(&self, equations: &mut Constraints, single: &Single<'_, D>) -> Result<(), Error> {
+    fn collocate(
+        &self,
+        equations: &mut Constraints,
+        mine: Numbered<'_, D>,
+        single: &Single<'_, D>,
+    ) -> Result<(), Error> {
         let (cells, place) = (self.cells, single.place);
         let mut nodes = match &place.spot {
             Spot::Part(part) => cells.boundary_nodes(part)?,
@@ -331,11 +301,53 @@ impl<const D: usize> Conditioned<'_, D> {
             return Err(empty(cells, part, &single.what.label)?.into());
         }
         stays_off_axis(self.scene, single, cells, &nodes)?;
+        if self.facets.is_some() {
+            nodes = self.not_on_parts(mine, single, nodes)?;
+        }
         let normals = match &place.spot {
             Spot::Part(part) => normals(cells, part, &nodes, single.direction)?,
             _ => Vec::new(),
         };
         equations.collocate(self.approximation, &nodes, &normals, &single.what)
+    }
+
+    /// The particles of a condition at particles for which conditions on parts that hold them do not say the same: rows over a face know
+    /// nothing of single particles, and these would be prescribed twice.
+    ///
+    /// # Errors
+    /// Where they say something else.
+    fn not_on_parts(
+        &self,
+        mine: Numbered<'_, D>,
+        single: &Single<'_, D>,
+        nodes: Vec<usize>,
+    ) -> Result<Vec<usize>, Error> {
+        let cells = self.cells;
+        let mut parts = Vec::new();
+        for (number, place) in mine {
+            // Parts that don't exist are refused with their own condition.
+            let Spot::Part(part) = &place.spot else { continue };
+            let Ok(particles) = cells.boundary_nodes(part) else { continue };
+            let held = particles.into_iter().filter(|&particle| place.holds(&cells.positions()[particle]));
+            parts.push((&self.scene.conditions[*number], place, part, held.collect::<HashSet<usize>>()));
+        }
+        let mut left = Vec::with_capacity(nodes.len());
+        for particle in nodes {
+            let at = &cells.positions()[particle];
+            let mut prescriptions = Vec::new();
+            for (condition, place, part, _) in parts.iter().filter(|(.., held)| held.contains(&particle)) {
+                for other in singles(condition, place) {
+                    let normals = normals(cells, part, &[particle], other.direction)?;
+                    prescriptions
+                        .push(other.what.at(&padded(at), &normals.first().copied().unwrap_or_else(Point::zeros))?);
+                }
+            }
+            let requested = single.what.at(&padded(at), &Point::zeros())?;
+            if !is_redundant(&prescriptions, &requested, at.as_slice(), rounding(cells.positions()))? {
+                left.push(particle);
+            }
+        }
+        Ok(left)
     }
 }
 
@@ -398,13 +410,13 @@ mod tests {
             let yielded = claims.settle((2, &nodes)).yielded;
             for request in &requests {
                 let (before, mark) = (equations.clone(), equations.mark());
-                let refused = of.add(&mut equations, request, &nodes, &yielded, &mut Vec::new()).is_err();
+                let refused = of.add(&mut equations, &[], request, &nodes, &yielded, &mut Vec::new()).is_err();
                 let added = equations.clone();
                 assert!(refused || added != before);
                 equations.take_back(mark);
                 assert_eq!(equations, before);
                 if !refused {
-                    of.add(&mut equations, request, &nodes, &yielded, &mut Vec::new()).unwrap();
+                    of.add(&mut equations, &[], request, &nodes, &yielded, &mut Vec::new()).unwrap();
                 }
             }
         }

@@ -220,7 +220,7 @@ fn finish<const D: usize>(
         tables.extend(loads);
     }
     let bonded = bond_all(scene, all, &discrete_bodies, &rules, &mut equations, &mut placed)?;
-    let mut frames = rigid::frames(scene, &ties, &mut equations, &mut placed, &mut positions)?;
+    let mut frames = rigid::frames(scene, all, &ties, &mut equations, &mut placed, &mut positions)?;
     let mut model = Model::new(&all_padded::<3, D>(&positions));
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);

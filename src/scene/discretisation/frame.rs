@@ -2,7 +2,10 @@
 
 use std::ops::Range;
 
+use nalgebra::Rotation3;
+
 use crate::boundary::{ConstraintEquation, Constraints};
+use crate::each::Each;
 use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Mat3, Point, Vec3, padded};
 use crate::term::Amplitude;
@@ -35,28 +38,50 @@ pub(crate) struct RigidShape {
     pub cells: Vec<Vec<usize>>,
 }
 
+/// The way of the nodes of a frame that turns back evenly while the load factor goes from 0 to 1.
+#[derive(Clone)]
+pub(crate) struct TurnedBack {
+    unknowns: Range<usize>,
+    dim: usize,
+    turn: Vec3,
+    arms: Vec<Vec3>,
+}
+
+impl TurnedBack {
+    /// Whether a row prescribes a node of the frame: all of them are where the body is led as a whole.
+    pub(crate) fn is_of(&self, entries: &[(usize, f64)]) -> bool {
+        let node = |entry: &(usize, f64)| (entry.0 - self.unknowns.start) / self.dim;
+        entries.iter().all(|entry| self.unknowns.contains(&entry.0))
+            && entries.windows(2).all(|pair| node(&pair[0]) == node(&pair[1]))
+    }
+
+    /// By how much the arc of a node leads beside the straight line from its beginning to its end.
+    pub(crate) fn beside_a_line(&self, entries: &[(usize, f64)], load: f64) -> f64 {
+        let left = 1.0 - load;
+        let turned = |part: f64, arm: &Vec3| Rotation3::new(self.turn * part) * arm - arm;
+        entries.summed(|&(k, c)| {
+            let (node, axis) = ((k - self.unknowns.start) / self.dim, (k - self.unknowns.start) % self.dim);
+            let arm = &self.arms[node];
+            c * (turned(left, arm) - turned(1.0, arm) * left)[axis]
+        })
+    }
+}
+
 impl RigidFrame {
-    /// The frame of rows that tie a face to it, around their middle; rows count the nodes among all, behind which its own stand.
+    /// The frame of rows that tie a face to it, around a centre; rows count the nodes among all, behind which its own stand.
     pub(crate) fn around(
         name: &str,
         dim: usize,
+        centre: Vec3,
         equations: &[&ConstraintEquation],
         positions: &[Vec3],
     ) -> Result<Self, Error> {
-        let (mut total, mut moment) = (0.0, Vec3::zeros());
-        for equation in equations.iter().filter(|equation| equation.dependent % dim == 0) {
-            for &(k, c) in equation.entries.iter().filter(|entry| entry.0 % dim == 0) {
-                total += c;
-                moment += positions[k / dim] * c;
-            }
-        }
         ensure!(
-            total != 0.0,
+            !equations.is_empty(),
             BoundaryError::Incomplete {
                 what: format!("rigid body {name}, all of whose parts other conditions prescribe,")
             }
         );
-        let centre = moment / total;
         let mut size = f64::MIN_POSITIVE;
         for equation in equations {
             for entry in &equation.entries {
@@ -148,6 +173,14 @@ impl RigidFrame {
     /// The displacement of its middle, and its rotation.
     pub(crate) fn motion(&self, displacement: &[f64]) -> (Vec3, Mat3) {
         (self.displacement(&self.centre, displacement), Mat3::identity() + self.gradient(displacement))
+    }
+
+    /// How it turns back from where a displacement has turned it to, as a rigid body does; none where it has not turned.
+    pub(crate) fn turned_back(&self, displacement: &[f64]) -> Option<TurnedBack> {
+        let turn = Rotation3::from_matrix_unchecked(self.motion(displacement).1).scaled_axis();
+        let arms = self.positions().map(|x| x - self.centre).collect();
+        self.rigidity.filter(|_| turn != Vec3::zeros())?;
+        Some(TurnedBack { unknowns: self.unknowns(), dim: self.dim, turn, arms })
     }
 
     /// Adds the rows that leave a rigid body of revolution its motion along the axis alone.

@@ -9,16 +9,19 @@ use crate::mesh::Mesh;
 
 use super::conditions::Placed;
 use super::frame::{RigidFrame, RigidShape};
-use crate::scene::{Load, LoadKind, Place, Scene, Source, Spot};
+use super::one_body::FINER;
+use crate::scene::{BodyCells, Load, LoadKind, Place, Scene, Source, Spot};
 
 impl<const D: usize> Scene<D> {
-    /// The volumes of a mesh that are rigid bodies: groups of cells that no faces have the name of.
-    pub(crate) fn rigid_volumes<'a>(&'a self, mesh: &Mesh<D>) -> Vec<&'a str> {
-        let named = self.rigids.iter().filter_map(|(_, place)| match &place.spot {
-            Spot::Part(Part::Named(name)) if place.within.is_empty() => Some(name.as_str()),
-            _ => None,
-        });
-        let mut volumes: Vec<&str> = named.filter(|name| mesh.is_volume(name)).collect();
+    /// The volumes of a body's mesh that are rigid bodies, or one of them: groups of cells that no faces have the name of.
+    pub(crate) fn rigid_volumes(&self, body: &str, mesh: &Mesh<D>, one: Option<&str>) -> Vec<String> {
+        let mut volumes = Vec::new();
+        for (_, place) in self.rigids.iter().filter(|(name, _)| one.is_none_or(|one| one == name)) {
+            let Place { spot: Spot::Part(Part::Named(name)), of, within } = self.resolve(place) else { continue };
+            if within.is_empty() && of.is_none_or(|of| of == body) && mesh.is_volume(&name) {
+                volumes.push(name);
+            }
+        }
         volumes.sort_unstable();
         volumes.dedup();
         volumes
@@ -26,18 +29,35 @@ impl<const D: usize> Scene<D> {
 
     /// The volumes of meshes that a rigid body stands for.
     fn rigid_shapes(&self, name: &str) -> Result<Vec<RigidShape>, Error> {
-        let own =
-            Scene { rigids: self.rigids.iter().filter(|rigid| rigid.0 == name).cloned().collect(), ..self.clone() };
         let mut shapes = Vec::new();
         for body in &self.bodies {
             let Source::Mesh(mesh) = &body.source else { continue };
-            for volume in own.rigid_volumes(mesh) {
-                let mesh = mesh.body(volume)?;
+            for volume in self.rigid_volumes(&body.name, mesh, Some(name)) {
+                let mesh = mesh.body(&volume)?;
                 let cells = (0..mesh.cell_count()).map(|cell| mesh.lattice_corners(cell)).collect();
                 shapes.push(RigidShape { points: all_padded(mesh.points()), cells });
             }
         }
         Ok(shapes)
+    }
+
+    /// The centroid of the parts that are tied to a rigid body, by their areas, whatever ties them.
+    fn centre_of(&self, name: &str, all: &BodyCells<D>) -> Result<Point<3>, Error> {
+        let (mut area, mut moment) = (0.0, Point::zeros());
+        for (_, place) in self.rigids.iter().filter(|rigid| rigid.0 == name) {
+            let place = self.resolve(place);
+            let Spot::Part(part) = &place.spot else { continue };
+            for body in self.bodies_at(&place, &|| format!("rigid body {name}"), all, &|_| true)? {
+                let parts = if place.within.is_empty() { 1 } else { FINER };
+                let points = all[body].1.boundary_points(part, parts, 2)?;
+                for (x, weight) in points.positions.iter().zip(&points.weights).filter(|(x, _)| place.holds(x)) {
+                    let weight = weight * self.kinematics.measure(x);
+                    area += weight;
+                    moment += padded(x) * weight;
+                }
+            }
+        }
+        Ok(moment / area)
     }
 
     /// The names of the rigid bodies, each once.
@@ -65,6 +85,7 @@ impl<const D: usize> Scene<D> {
 /// Puts the frames of rigid bodies behind the rows that tie parts to them.
 pub(crate) fn frames<const D: usize>(
     scene: &Scene<D>,
+    all: &BodyCells<D>,
     ties: &[(usize, Range<usize>)],
     equations: &mut Constraints,
     placed: &mut Vec<Placed<D>>,
@@ -84,15 +105,15 @@ pub(crate) fn frames<const D: usize>(
     for (number, name) in names.into_iter().enumerate() {
         let numbers = || ties.iter().filter(|tie| tie.0 == number).flat_map(|tie| tie.1.clone());
         let own: Vec<&ConstraintEquation> = numbers().filter_map(|k| equations.equations().get(k)).collect();
-        let mut frame = RigidFrame::around(name, D, &own, positions)?;
+        let mut frame = RigidFrame::around(name, D, scene.centre_of(name, all)?, &own, positions)?;
         frame.shapes = scene.rigid_shapes(name)?;
         for k in numbers() {
             let entries = frame.counterpart(&equations.equations()[k], positions);
             equations.extend_equation(k, entries);
         }
         for (_, range) in ties.iter().filter(|tie| tie.0 == number) {
-            let (name, place, nodes) = (Some(name.to_string()), Place::body(), 0..particles);
-            placed.push(Placed { name, place, equations: range.clone(), nodes });
+            let (name, nodes) = (Some(name.to_string()), 0..particles);
+            placed.push(Placed { name, place: None, equations: range.clone(), nodes });
         }
         positions.extend(frame.positions());
         if revolved {
@@ -108,7 +129,7 @@ pub(crate) fn frames<const D: usize>(
         // By the name of the body results are those of its parts, which carry what its conditions do.
         let own = condition.name.clone().filter(|name| *name != frames[number].name);
         let (name, nodes) = (own, frames[number].nodes());
-        placed.push(Placed { name, place, equations: first..equations.len(), nodes });
+        placed.push(Placed { name, place: Some(place), equations: first..equations.len(), nodes });
     }
     Ok(frames)
 }

@@ -244,9 +244,10 @@ impl<const D: usize> Problem<D> {
         let mut places: Vec<Recorded<'_>> = Vec::new();
         for placed in self.placed.iter().filter(|placed| !placed.equations.is_empty()) {
             let title = self.title(placed);
-            let rows = match &placed.name {
-                Some(name) => self.rows(&Place::on(Part::Named(name.clone()))),
-                None => self.rows(&placed.place),
+            let rows = match (&placed.name, &placed.place) {
+                (Some(name), _) => self.rows(&Place::on(Part::Named(name.clone()))),
+                (None, Some(place)) => self.rows(place),
+                (None, None) => continue,
             };
             let frame = self.frames.iter().find(|frame| frame.name == title);
             let recorded = Recorded { title, rows, frame };
@@ -333,13 +334,13 @@ impl<const D: usize> Problem<D> {
 
     /// What a condition is called: its own name, that of its place, or the place.
     fn title(&self, placed: &Placed<D>) -> String {
-        let same = |place: &Place<D>| place.takes_in(&placed.place) && placed.place.takes_in(place);
-        match &placed.name {
-            Some(name) => name.clone(),
-            None => {
-                let named = self.names.iter().find(|(_, place)| same(place));
-                named.map_or_else(|| placed.place.to_string(), |(name, _)| name.clone())
+        match (&placed.name, &placed.place) {
+            (Some(name), _) => name.clone(),
+            (None, Some(own)) => {
+                let named = self.names.iter().find(|(_, place)| place.takes_in(own) && own.takes_in(place));
+                named.map_or_else(|| own.to_string(), |(name, _)| name.clone())
             }
+            (None, None) => String::new(),
         }
     }
 
@@ -351,9 +352,11 @@ impl<const D: usize> Problem<D> {
         let nodes = |name: &String| Some(&self.discrete_bodies.iter().find(|body| body.name == *name)?.nodes);
         // What acts on all bodies has rows on each of them.
         let is_of = |placed: &&Placed<D>| {
-            body.as_ref().is_none_or(|name| placed.place.of == body || nodes(name) == Some(&placed.nodes))
+            let of = placed.place.as_ref().and_then(|place| place.of.as_ref());
+            body.as_ref().is_none_or(|name| of == Some(name) || nodes(name) == Some(&placed.nodes))
         };
-        let is_there = |placed: &&Placed<D>| place.takes_in(&placed.place) && is_of(placed);
+        let is_there =
+            |placed: &&Placed<D>| placed.place.as_ref().is_some_and(|own| place.takes_in(own)) && is_of(placed);
         let has_name = |placed: &&Placed<D>| match &requested.spot {
             Spot::Part(Part::Named(name)) => placed.name.as_ref() == Some(name) && is_of(placed),
             _ => false,

@@ -14,14 +14,14 @@ impl<const D: usize> Problem<D> {
     /// The largest relative difference between the area on which a condition acts and that which its predicate selects. Coarse models may
     /// all end a condition at the same node, so that the difference between them does not tell it.
     pub(crate) fn missed_parts(&self) -> f64 {
-        let restricted = self.placed.iter().filter(|placed| !placed.place.within.is_empty());
-        restricted.filter_map(|placed| self.missed(placed)).fold(0.0, f64::max)
+        self.placed.iter().filter_map(|placed| self.missed(placed)).fold(0.0, f64::max)
     }
 
     fn missed(&self, placed: &Placed<D>) -> Option<f64> {
-        let Spot::Part(part) = &placed.place.spot else { return None };
+        let place = placed.place.as_ref().filter(|place| !place.within.is_empty())?;
+        let Spot::Part(part) = &place.spot else { return None };
         let body = self.discrete_bodies.iter().find(|body| body.nodes.start == placed.nodes.start)?;
-        let holds = |x: &Point<D>| placed.place.holds(x);
+        let holds = |x: &Point<D>| place.holds(x);
         let (held, dense) = match body.facets {
             Facets::OfCells(rule) => {
                 let own = body.cells.boundary(part, rule.parts, rule.gauss).ok()?.within(&holds);
