@@ -278,7 +278,7 @@ fn layout_sweep(summary: &mut Summary, exact: f64) -> Result<Sweep, Box<dyn Erro
     let local = |r: f64| Scheme::default().particles([PARTICLES]).dilation(r);
     let own_zones = |r: f64| local(r).dilation(Dilation::Global(r));
     let rule = Rule::Gauss { zones: Some(vec![4]), points: Some(5) };
-    let equal_zones = |r: f64| own_zones(r).rule(rule.clone()).pressure_field(PressureField::Linear, 2);
+    let equal_zones = |r: f64| own_zones(r).rule(rule.clone()).pressure_field(PressureField::Linear, 1);
     let mut table = Table::new([
         "layout",
         "r",

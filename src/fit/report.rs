@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::data::TestData;
 use super::search::predict;
 use crate::each::EachOf;
-use crate::error::MaterialError;
+use crate::error::{Invalid, MaterialError};
 use crate::material::{Criterion, Material, Mode, NearlyIncompressible, QuadraticVolume, StableRange};
 
 /// A coefficient as it was fitted.
@@ -135,7 +135,8 @@ pub struct Report {
     pub condition: f64,
     /// Things to know.
     pub warnings: Vec<Warning>,
-    pub(super) compressible: bool,
+    /// Whether the law is the whole, with a volumetric energy of its own.
+    pub compressible: bool,
     /// For the chart alone.
     #[cfg(feature = "chart")]
     pub(super) data: TestData,
@@ -160,8 +161,11 @@ impl Report {
     /// The law with $\frac k2(J-1)^2$, ready for a scene.
     ///
     /// # Errors
-    /// Those of [`QuadraticVolume::new`].
+    /// Those of [`QuadraticVolume::new`], and for a compressible law: [`law`](Report::law) itself is ready for a scene.
     pub fn rubber(&self, bulk: f64) -> Result<NearlyIncompressible<Arc<dyn Material>, QuadraticVolume>, MaterialError> {
+        let needed =
+            "leave it out: a compressible law has a volumetric energy of its own, and Report::law is the whole";
+        ensure!(!self.compressible, Invalid::new("bulk modulus", bulk, needed));
         Ok(NearlyIncompressible { distortional: self.law.clone(), volumetric: QuadraticVolume::new(bulk)? })
     }
 

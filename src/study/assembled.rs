@@ -67,8 +67,8 @@ impl<'a, const D: usize> Assembled<'a, D> {
                 Refinable::Sides(sides) => {
                     let counts = sides.counts(self.fineness);
                     particles += counts.iter().product::<usize>();
-                    let (sides, name, before) = (*sides, body.name.clone(), self.scene.clone());
-                    let finer = move |scheme: Scheme| sides.scheme(&before.scheme_under(&name, &scheme), &counts);
+                    let sides = *sides;
+                    let finer = move |scheme: Scheme| sides.scheme(scheme, &counts);
                     schemes.push((body.name.clone(), Arc::new(finer) as Own));
                 }
             }

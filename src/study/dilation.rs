@@ -3,7 +3,7 @@
 use crate::each::Each;
 use crate::error::{Error, Invalid, SolveError};
 use crate::quadrature::gauss_legendre;
-use crate::scene::{Dilation, Problem, Scene, Scheme};
+use crate::scene::{ApproximationChoice, BodyOf, Dilation, Problem, Scene, Scheme};
 use crate::solve::State;
 use crate::term::{Element, Term, View, each_force, stored};
 
@@ -32,7 +32,7 @@ pub struct BestDilation {
 /// All dilations of one set of particles compete for the same minimum: the lower the potential, the nearer the
 /// solution. That holds where energies are integrated exactly enough and nothing is projected, so for schemes
 /// *without* a cure against locking; with the default's projected pressures the dilation hardly matters. The
-/// supports follow the kind of the scheme's own: over the largest spacing for [`Dilation::Global`], else over
+/// supports follow the kind of the scheme's own, or of a body's: over the largest spacing for [`Dilation::Global`], else over
 /// the local one.
 ///
 /// ```
@@ -51,12 +51,18 @@ pub fn best_dilation<const D: usize>(
     scheme: &Scheme,
     dilations: &[f64],
 ) -> Result<BestDilation, Error> {
-    let global = matches!(scheme.dilation, Dilation::Global(_));
     let mut trials = Vec::with_capacity(dilations.len());
     for &r in dilations {
-        let dilation = if global { Dilation::Global(r) } else { Dilation::Local(r) };
+        let with = move |scheme: Scheme| match scheme.dilation {
+            Dilation::Global(_) => scheme.dilation(Dilation::Global(r)),
+            _ => scheme.dilation(Dilation::Local(r)),
+        };
+        // Behind changes of the body's own, which may be of its dilation.
+        let own = move |own: Scheme| if own.approximation == ApproximationChoice::Particles { with(own) } else { own };
+        let all = |scene: Scene<D>, body: &BodyOf<D>| scene.scheme_of(&body.name, own);
+        let scene = scene.bodies.iter().fold(scene.clone(), all);
         let solve = || -> Result<f64, Error> {
-            let problem = scene.discretize(&Scheme { dilation, ..scheme.clone() })?;
+            let problem = scene.discretize(&with(scheme.clone()))?;
             let path = problem.run()?.completed()?;
             let value = potential(&problem, path.last())?;
             let needed = "energies and loads that are finite in the state reached";

@@ -28,11 +28,7 @@ pub(super) fn check<const D: usize>(tolerance: &Tolerance<D>) -> Result<(), Erro
             remedy: "name at least one quantity; Tolerance::energy is one"
         }
     );
-    if let Some(wrong) = tolerance.quantities.iter().find(|q| !(q.size >= 0.0 && q.size.is_finite())) {
-        let needed = "give a finite number of at least 0";
-        return Err(Invalid::new("size of a quantity", wrong.size, needed).into());
-    }
-    Ok(())
+    Ok(tolerance.quantities.iter().try_for_each(Quantity::check_size)?)
 }
 
 /// The verdict where a further model could not be solved.

@@ -243,6 +243,18 @@ impl<const D: usize> Quantity<D> {
         Ok(Some(Dual { force, prescribed: gap }))
     }
 
+    /// The signed error of a value, relative to the reference or to the size given where that is larger.
+    pub(super) fn error(&self, value: f64, reference: f64) -> f64 {
+        if reference.abs() < self.size { (value - reference) / self.size } else { value / reference - 1.0 }
+    }
+
+    /// Refuses sizes that errors can't be relative to.
+    pub(super) fn check_size(&self) -> Result<(), Invalid> {
+        let needed = "give a finite number of at least 0";
+        let is_size = self.size >= 0.0 && self.size.is_finite();
+        if is_size { Ok(()) } else { Err(Invalid::new("size of a quantity", self.size, needed)) }
+    }
+
     /// Refuses values that are no numbers: no error could be told from them.
     pub(super) fn check(&self, value: f64) -> Result<(), SolveError> {
         let needed = "a quantity that is finite in the state reached";

@@ -36,7 +36,7 @@ pub struct Run {
     pub phases: Phases,
     /// Values of the quantities; empty where the analysis failed.
     pub values: Vec<f64>,
-    /// Signed relative errors of the quantities; empty where the analysis failed.
+    /// Signed errors of the quantities, relative to their references or sizes; empty where the analysis failed.
     pub errors: Vec<f64>,
     /// The largest of their magnitudes; NaN where the analysis failed.
     pub error: f64,

@@ -39,7 +39,7 @@ pub(super) struct Sides<const D: usize> {
 impl<const D: usize> Sides<D> {
     pub(crate) fn of(scene: &Scene<D>, scheme: &Scheme) -> Result<Self, Error> {
         match scene.bodies.as_slice() {
-            [body] => Self::of_body(&body.source, scheme),
+            [body] => Self::of_body(&body.source, &scene.scheme_under(&body.name, scheme)),
             _ => Err(given().into()),
         }
     }
@@ -90,8 +90,8 @@ impl<const D: usize> Sides<D> {
     }
 
     /// The scheme with so many particles, spaced as it suits.
-    pub(crate) fn scheme(&self, scheme: &Scheme, counts: &[usize]) -> Scheme {
-        let scheme = scheme.clone().particles(counts);
+    pub(crate) fn scheme(&self, scheme: Scheme, counts: &[usize]) -> Scheme {
+        let scheme = scheme.particles(counts);
         if !(self.elements && D > 1 && matches!(scheme.layout, Layout::Regular)) {
             return scheme;
         }

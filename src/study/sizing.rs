@@ -58,7 +58,7 @@ impl<const D: usize> Scene<D> {
     }
 
     /// Solves the scene with the cheapest model found sufficient under a scheme, whose number of particles
-    /// is chosen here; see [`solve_within_observed`](Scene::solve_within_observed).
+    /// is chosen here, for bodies with schemes of their own too; see [`solve_within_observed`](Scene::solve_within_observed).
     ///
     /// # Errors
     /// As [`solve_within_observed`](Scene::solve_within_observed).

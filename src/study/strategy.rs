@@ -70,8 +70,11 @@ impl<'a, const D: usize> Even<'a, D> {
     }
 
     fn model(&self, counts: Vec<usize>) -> Model<D> {
-        let spacing = self.sides.spacing(&counts);
-        Model { scene: self.scene.clone(), scheme: self.sides.scheme(self.scheme, &counts), counts, spacing }
+        let (sides, along) = (self.sides, counts.clone());
+        let name = self.scene.bodies.first().map_or("", |body| &body.name);
+        // Behind changes of the body's own, which may be of its particles.
+        let scene = self.scene.clone().scheme_of(name, move |scheme| sides.scheme(scheme, &along));
+        Model { scene, scheme: self.scheme.clone(), spacing: sides.spacing(&counts), counts }
     }
 }
 

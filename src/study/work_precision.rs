@@ -18,7 +18,7 @@ pub enum Reference {
     Given {
         /// The value.
         value: f64,
-        /// Its own relative uncertainty.
+        /// Its own uncertainty, relative as errors are.
         uncertainty: f64,
     },
     /// The run with the most unknowns of all series, its uncertainty being its distance from the run
@@ -41,7 +41,8 @@ const PASSES: usize = 5;
 
 /// A scene, series of schemes, quantities with their references: runs each, and keeps error and time.
 ///
-/// The error of a run is the *worst* relative error of all quantities. A series is credited at each run
+/// The error of a run is the *worst* error of all quantities, relative to the reference or to the size of
+/// [`Quantity::relative_to`] where that is larger. A series is credited at each run
 /// with the worst error of that run and of all finer ones behind it, so that the lucky zero crossing of a
 /// signed error counts for nothing ([`Run::error_envelope`]).
 #[derive(Clone)]
@@ -120,7 +121,7 @@ impl<const D: usize> WorkPrecision<D> {
             let (value, own) = self.reference(k, &runs)?;
             uncertainty = uncertainty.max(own);
             for run in runs.iter_mut().filter(|run| run.failure.is_none()) {
-                run.errors.push(run.values[k] / value - 1.0);
+                run.errors.push(self.quantities[k].0.error(run.values[k], value));
             }
         }
         for run in runs.iter_mut().filter(|run| run.failure.is_none()) {
@@ -135,12 +136,15 @@ impl<const D: usize> WorkPrecision<D> {
 
     /// Value and relative uncertainty of a quantity's reference.
     fn reference(&self, quantity: usize, runs: &[Run]) -> Result<(f64, f64), Error> {
-        if let Reference::Given { value, uncertainty } = self.quantities[quantity].1 {
-            return if value != 0.0 && value.is_finite() && uncertainty >= 0.0 && uncertainty.is_finite() {
+        let (requested, reference) = &self.quantities[quantity];
+        requested.check_size()?;
+        if let Reference::Given { value, uncertainty } = *reference {
+            let is_sized = value != 0.0 || requested.size > 0.0;
+            return if is_sized && value.is_finite() && uncertainty >= 0.0 && uncertainty.is_finite() {
                 Ok((value, uncertainty))
             } else {
-                let needed =
-                    "relative errors need a finite reference other than zero, and a finite uncertainty of at least 0";
+                let needed = "relative errors need a finite reference other than zero, or Quantity::relative_to, and a finite uncertainty of \
+                              at least 0";
                 Err(Invalid::new("reference of a quantity", value, needed).into())
             };
         }
@@ -153,13 +157,14 @@ impl<const D: usize> WorkPrecision<D> {
                 .max_by_key(|run| run.unknowns)
         });
         match (finest, before) {
-            (Some(finest), Some(before)) if finest.values[quantity] != 0.0 => {
+            (Some(finest), Some(before)) if finest.values[quantity] != 0.0 || requested.size > 0.0 => {
                 let value = finest.values[quantity];
-                Ok((value, (before.values[quantity] / value - 1.0).abs()))
+                Ok((value, requested.error(before.values[quantity], value).abs()))
             }
             _ => Err(SolveError::Empty {
                 what: "runs to take a reference from",
-                remedy: "the finest series needs two completed runs of different size with values other than zero",
+                remedy: "the finest series needs two completed runs of different size with values other than zero, or \
+                         Quantity::relative_to",
             }
             .into()),
         }

@@ -4,6 +4,7 @@
 #[cfg(feature = "fit")]
 use rkpm::error::FitError;
 use rkpm::error::{BoundaryError, ContactError, GeometryError, Incompatible, OutputError};
+use rkpm::kernel::WendlandC2;
 use rkpm::material::{Prony, Viscoelastic};
 use rkpm::mesh::CellShape;
 use rkpm::prelude::*;
@@ -38,6 +39,7 @@ fn refusal<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Error {
 fn settings_that_no_body_follows() {
     let (drawn, meshed) = (Scene::new(region(), PlaneStrain, rubber()), Scene::new(mesh(), PlaneStrain, rubber()));
     let graded = || Scheme::default().graded(|x| 1.0 + x[0]);
+    let wide = |rule| Scheme::default().particles([5, 5]).rule(rule).pressure_field(PressureField::Constant, 2);
     let layout = Layout::Jittered { amount: 0.1, seed: 1 };
     for (scene, scheme, what, with) in [
         (block(), graded(), "Scheme::graded", "block"),
@@ -51,6 +53,11 @@ fn settings_that_no_body_follows() {
         (block(), Scheme::default().seed(3), "Scheme::seed", "block"),
         (block(), Scheme::default().partition(Partition::Voronoi), "Scheme::partition", "block"),
         (block(), Scheme::elements(2).dilation(1.2), "Scheme::dilation", "finite elements"),
+        (block(), Scheme::elements(1).kernel(WendlandC2), "kernel", "finite elements"),
+        (block(), Scheme::elements(1).solver_choice(SolverChoice::Krylov), "Krylov", "finite elements"),
+        (block(), wide(Rule::Scni), "pressure_field", "integration rule"),
+        (block(), wide(Rule::Nodal), "pressure_field", "integration rule"),
+        (block(), wide(Rule::Gauss { zones: Some(vec![2, 2]), points: None }), "pressure_field", "integration rule"),
     ] {
         let error = refusal(&scene, &scheme);
         let Error::Incompatible(found) = &error else { panic!("{error}") };
@@ -272,6 +279,20 @@ fn a_weight_of_no_test_is_refused() {
     assert_eq!(late.test(Mode::Uniaxial).map(|test| test.weight), Some(2.0));
 }
 
+/// Its energy is the whole: a second volumetric one would make it many times as stiff.
+#[cfg(feature = "fit")]
+#[test]
+fn a_foam_takes_no_bulk_modulus() {
+    use rkpm::fit::{Fit, Law, TestData};
+    use rkpm::material::{FoamTerm, Mode};
+    let foam = Rubber::foam([FoamTerm { shear: 0.3, exponent: 3.5, poisson: 0.2 }]).unwrap();
+    let points = [0.7, 0.85, 1.2, 1.5].map(|stretch| [stretch, Mode::Uniaxial.state(&foam, stretch).unwrap().stress]);
+    let data = TestData::new().with(Mode::Uniaxial, points).unwrap();
+    let report = Fit::new(Law::Foam(1)).allow_unstable().to(&data).unwrap();
+    let refused = report.rubber(1e3).err().unwrap().to_string();
+    assert!(report.compressible && refused.contains("Report::law"), "{refused}");
+}
+
 /// Results by a name have one meaning.
 #[test]
 fn names_of_rigid_bodies_and_of_named_places_are_no_others() {
@@ -312,9 +333,14 @@ fn settings_of_one_body_that_only_the_whole_can_have() {
     let problem = blocks().discretize(&scheme).unwrap();
     assert_eq!(problem.discrete_bodies()[1].nodes().len(), 35);
     assert!(blocks().scheme_of("third", |scheme| scheme).discretize(&scheme).is_err());
+    // A second change of a body leaves the first one as it is.
+    let twice = blocks().scheme_of("second", |scheme| scheme.dilation(1.2)).discretize(&scheme).unwrap();
+    assert_eq!(twice.discrete_bodies()[1].nodes().len(), 35);
     // A scheme in place of that of the scene has its defaults; what it sets itself would be dropped.
     let stepped = scheme.clone().stepping(Stepping { first: 0.5, ..Stepping::default() });
-    assert!(blocks().scheme_of("first", |_| Scheme::elements(1).particles([5, 5])).discretize(&stepped).is_ok());
+    let elements = blocks().scheme_of("first", |_| Scheme::elements(1).particles([5, 5]));
+    assert!(elements.discretize(&stepped).is_ok());
+    assert!(elements.discretize(&scheme.clone().dilation(1.2).kernel(WendlandC2)).is_ok());
     let own = blocks().scheme_of("first", |scheme| scheme.newton(Newton { iterations: 7, ..Newton::default() }));
     assert!(matches!(refusal(&own, &stepped), Error::Incompatible(_)));
     let zones = Scheme::elements(2).particles([5, 5]).pressure_field(PressureField::Linear, 2);

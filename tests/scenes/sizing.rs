@@ -424,6 +424,37 @@ fn effects_are_first_order_changes() {
     }
 }
 
+/// What bodies choose for themselves is no hindrance: models have the numbers of particles of the search, and the rest from the bodies.
+#[test]
+fn bodies_with_schemes_of_their_own_are_sized_all_the_same() {
+    let rubber = || Rubber::neo_hookean(0.5, 1e3).unwrap();
+    let sheared = |scene: Scene<2>, low: Place<2>, high: Place<2>| {
+        scene.hold(low).with(Condition::on(high).displacement([2.0, 0.0]))
+    };
+    let (low, high) = (|| Place::on((1, Side::Min)), || Place::on((1, Side::Max)));
+    let one = sheared(Scene::new(Block::new([0.0, 0.0], [40.0, 10.0]), PlaneStrain, rubber()), low(), high());
+    let two = Scene::assembly(PlaneStrain).body("body", Block::new([0.0, 0.0], [40.0, 5.0]), rubber()).body(
+        "upper",
+        Block::new([0.0, 5.0], [40.0, 10.0]),
+        rubber(),
+    );
+    let two = sheared(two, low().of("body"), high().of("upper"));
+    let budget = Budget { levels: 3, ..Budget::default() };
+    for scene in [one, two] {
+        let solved = |scene: &Scene<2>| {
+            let answer = scene.solve_within_by(&Scheme::default(), &Tolerance::energy(0.02), budget).unwrap();
+            let counts: Vec<_> = answer.levels.iter().map(|level| level.counts.clone()).collect();
+            (answer.values().to_vec(), answer.bound, counts)
+        };
+        let plain = solved(&scene);
+        assert!(plain.2.windows(2).all(|pair| pair[0] != pair[1]), "{plain:?}");
+        let counted = scene.clone().scheme_of("body", |scheme| scheme.particles([5, 3]));
+        assert_eq!(solved(&counted), plain);
+        let wider = solved(&counted.scheme_of("body", |scheme| scheme.dilation(1.4)));
+        assert!(wider.0 != plain.0 && wider.2 == plain.2, "{wider:?}");
+    }
+}
+
 /// A contact that carries the load is not named as unneeded; what bodies do to a displacement is what the traction does.
 #[test]
 fn contacts_that_carry_are_needed() {

@@ -96,6 +96,29 @@ fn failures_are_data_and_bad_questions_are_errors() {
     assert!(study.run().unwrap().runs[0].failure.is_some());
 }
 
+/// A force that symmetry makes vanish has errors relative to the size given.
+#[test]
+fn errors_are_relative_to_the_size_of_a_quantity() {
+    let block = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((1, Side::Min))
+        .with(Condition::on((1, Side::Max)).displacement([0.0, 0.1]));
+    let study = |size: f64| {
+        let aside = Quantity::reaction((1, Side::Max), 0).relative_to(size);
+        WorkPrecision::new("aside", block.clone())
+            .quantity(aside.clone(), Reference::Given { value: 0.0, uncertainty: 0.0 })
+            .quantity(aside, Reference::Finest)
+            .series("default", [3, 5].map(|n| Scheme::default().particles([n])))
+            .repeated(1)
+            .run()
+    };
+    let found = study(0.1).unwrap();
+    for run in &found.runs {
+        assert_abs_diff_eq!(run.errors[0], run.values[0] / 0.1);
+        assert!(run.error < 1e-6, "{run:?}");
+    }
+    assert!([0.0, -1.0, f64::NAN].into_iter().all(|size| study(size).is_err()));
+}
+
 /// The potential of a linear spring: half the work of the load, with the sign of a minimum.
 #[test]
 fn the_potential_finds_the_least_locked_dilation() {
@@ -120,6 +143,9 @@ fn the_potential_finds_the_least_locked_dilation() {
     };
     let least = dilations.into_iter().min_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap();
     assert_eq!(best.r, least, "{:?}", best.trials);
+    // Of a body with a dilation of its own too.
+    let own = tube().scheme_of("body", |scheme| scheme.dilation(Dilation::Global(1.0)));
+    assert_eq!(best_dilation(&own, &Scheme::paper(1.5).particles([9]), &dilations).unwrap(), best);
     assert!(best_dilation(&tube(), &Scheme::default(), &[]).is_err());
     assert!(best_dilation(&tube(), &Scheme::default(), &[0.1]).is_err());
 }

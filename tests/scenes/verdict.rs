@@ -1,7 +1,11 @@
 //! What completes and is no answer ends with its cause; what is an answer raises no doubt.
 
 use rkpm::check;
+use std::sync::Arc;
+
 use rkpm::error::SolveError;
+use rkpm::material::{Material, Past, Response};
+use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
 use rkpm::solve::{Cause, Doubt, DoubtCause, NoAnswer};
 
@@ -279,6 +283,44 @@ fn depth_in_a_rigid_surface_is_told() {
     assert!(contact == "plate" && (depth - 0.25).abs() < 1e-12 && *limit <= 0.125 + 1e-12, "{doubt}");
     assert!(doubt.refutes() && doubt.to_string().contains("plate"));
     assert!(problem.doubts(&State::default()).is_err());
+}
+
+/// A law that does not tell its energy.
+struct Mute(Rubber);
+
+impl Material for Mute {
+    fn inner(&self) -> Option<&dyn Material> {
+        Some(&self.0)
+    }
+    fn energy_from(&self, _: &Matrix3<f64>, _: Past<'_>) -> f64 {
+        f64::NAN
+    }
+    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+        self.0.response_from(f, past)
+    }
+}
+
+/// No part of an energy that is not known is too large a part.
+#[test]
+fn laws_without_an_energy_are_not_doubted_for_it() {
+    let doubts = |law: Arc<dyn Material>, plate: f64, moved: [[f64; 2]; 2]| {
+        let plate = RigidSurface::plane([0.0, plate], [0.0, -1.0]).named("plate");
+        let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, law).hold((1, Side::Min));
+        let problem = scene.contact((1, Side::Max), plate).discretize(&Scheme::default().particles([9, 5])).unwrap();
+        let mut state = problem.at_rest();
+        for (node, x) in problem.positions().iter().enumerate() {
+            for (axis, [by, along]) in moved.iter().enumerate() {
+                state.displacement[2 * node + axis] = by + along * x[axis];
+            }
+        }
+        problem.doubts(&state).unwrap().into_iter().map(|doubt| doubt.cause).collect::<Vec<_>>()
+    };
+    // Larger than its pressures, which are zero, allow; and behind a plate.
+    for (plate, moved) in [(2.0, [[0.0, 0.3]; 2]), (1.0, [[0.0, 0.0], [0.05, 0.0]])] {
+        let told = doubts(Arc::new(rubber()), plate, moved);
+        assert!(matches!(told[..], [DoubtCause::Volume { .. } | DoubtCause::Overlap { .. }]), "{told:?}");
+        assert_eq!(doubts(Arc::new(Mute(rubber())), plate, moved), []);
+    }
 }
 
 /// A thin rod pressed into a block between its particles: what the overlap lacks tells how far the energy is off, in 2D and in 3D.

@@ -70,7 +70,7 @@ impl<const D: usize> Scene<D> {
         self
     }
 
-    /// Changes the scheme for a body alone: its particles, its approximation.
+    /// Changes the scheme for a body alone: its particles, its approximation. Several changes follow one another.
     pub fn scheme_of(mut self, name: &str, change: impl Fn(Scheme) -> Scheme + Send + Sync + 'static) -> Self {
         self.schemes.push((name.to_string(), Arc::new(change)));
         self
@@ -83,8 +83,8 @@ impl<const D: usize> Scene<D> {
 
     /// The scheme of a body under that of the scene.
     pub(crate) fn scheme_under(&self, body: &str, scheme: &Scheme) -> Scheme {
-        let own = self.schemes.iter().rev().find(|(name, _)| name == body);
-        own.map_or_else(|| scheme.clone(), |(_, change)| change(scheme.clone()))
+        let own = self.schemes.iter().filter(|(name, _)| name == body);
+        own.fold(scheme.clone(), |scheme, (_, change)| change(scheme))
     }
 
     /// Leaves two bodies unbonded where they touch.

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::cells::{Layout, Scatter};
-use crate::kernel::{CubicSpline, Kernel};
+use crate::kernel::Kernel;
 use crate::linear::LinearSolver;
 use crate::solve::{Newton, Stepping};
 use crate::term::{PressureField, ProjectedMeasure};
@@ -46,8 +46,8 @@ pub struct Scheme {
     pub(crate) partition: Partition,
     /// Order of the basis.
     pub(crate) order: u8,
-    /// The kernel.
-    pub(crate) kernel: Arc<dyn Kernel>,
+    /// The kernel; a cubic spline where it is not said.
+    pub(crate) kernel: Option<Arc<dyn Kernel>>,
     /// Supports.
     pub(crate) dilation: Dilation,
     /// Reciprocal condition number of the moment matrix below which a point is refused; `None` for 1e-8, where gradients may be off
@@ -116,7 +116,7 @@ impl Default for Scheme {
             thin_walls: false,
             partition: Partition::Triangles,
             order: 1,
-            kernel: Arc::new(CubicSpline),
+            kernel: None,
             dilation: Dilation::Auto,
             rcond_limit: None,
             rule: Rule::Auto,
@@ -248,7 +248,7 @@ impl Scheme {
 
     /// Sets the kernel.
     pub fn kernel(mut self, kernel: impl Kernel + 'static) -> Self {
-        self.kernel = Arc::new(kernel);
+        self.kernel = Some(Arc::new(kernel));
         self
     }
 
@@ -285,7 +285,8 @@ impl Scheme {
         self
     }
 
-    /// Sets the treatment of the volumetric energy on zones of `size` cells per direction.
+    /// Sets the treatment of the volumetric energy on zones of `size` cells per direction; where the rule has zones of its own, pressures
+    /// are those of these, and the size is 1.
     pub fn pressure_field(mut self, field: PressureField, size: usize) -> Self {
         self.pressure = PressureScheme::Field { field, size };
         self

@@ -8,7 +8,7 @@ use crate::cells::{Cells, Connections};
 use crate::each::sum_of;
 use crate::error::{ApproximationError, Error};
 use crate::geometry::{Part, Point};
-use crate::kernel::Kernel;
+use crate::kernel::{CubicSpline, Kernel};
 use crate::neighbours::Visibility;
 use crate::parallel::map_with;
 use crate::particles::Particles;
@@ -61,7 +61,8 @@ pub(crate) fn approximation<const D: usize>(
             remedy: "give a small number, such as 1e-8",
         });
     }
-    let approximation = ReproducingKernel::new(particles, scheme.kernel.clone(), Polynomial::new(scheme.order))?;
+    let kernel = scheme.kernel.clone().unwrap_or_else(|| Arc::new(CubicSpline));
+    let approximation = ReproducingKernel::new(particles, kernel, Polynomial::new(scheme.order))?;
     Ok(match scheme.rcond_limit {
         Some(limit) => approximation.with_rcond_limit(limit),
         None => approximation,

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use crate::cells::{Layout, Scatter};
 use crate::error::Incompatible;
 
-use crate::scene::{ApproximationChoice, BodyOf, Dilation, Partition, PressureScheme, Scene, Scheme, Source};
+use crate::scene::{
+    ApproximationChoice, BodyOf, Dilation, Partition, PressureScheme, Rule, Scene, Scheme, SolverChoice, Source,
+};
 
 /// A setting, whether a scheme has it otherwise than another one, and which bodies follow it.
 struct Setting<const D: usize> {
@@ -42,10 +44,7 @@ fn of_cells<const D: usize>() -> [Setting<D>; 6] {
         },
         Setting {
             name: "Scheme::graded",
-            differs: |a, b| match (&a.grading, &b.grading) {
-                (Some(a), Some(b)) => !Arc::ptr_eq(a, b),
-                (a, b) => a.is_some() != b.is_some(),
-            },
+            differs: |a, b| !is_same(&a.grading, &b.grading),
             left_out: false,
             follows: scattered,
             with: None,
@@ -78,12 +77,14 @@ fn of_cells<const D: usize>() -> [Setting<D>; 6] {
     ]
 }
 
-/// Of functions and pressures.
-fn of_functions<const D: usize>() -> [Setting<D>; 2] {
+/// Of functions, pressures and the solution.
+fn of_functions<const D: usize>() -> [Setting<D>; 4] {
     [
         Setting {
-            name: "Scheme::dilation or Scheme::rcond_limit",
-            differs: |a, b| a.dilation != b.dilation || a.rcond_limit != b.rcond_limit,
+            name: "Scheme::dilation, rcond_limit or kernel",
+            differs: |a, b| {
+                a.dilation != b.dilation || a.rcond_limit != b.rcond_limit || !is_same(&a.kernel, &b.kernel)
+            },
             left_out: false,
             follows: |_, scheme| scheme.approximation == ApproximationChoice::Particles,
             with: Some("finite elements"),
@@ -97,7 +98,30 @@ fn of_functions<const D: usize>() -> [Setting<D>; 2] {
             with: Some("finite elements"),
             remedy: "a zone of finite elements is one element: give the size 1",
         },
+        Setting {
+            name: "Scheme::pressure_field with zones of several cells",
+            differs: |a, b| zone(a) != zone(b),
+            left_out: false,
+            follows: |_, scheme| zone(scheme) <= 1 || !has_zones(&scheme.rule),
+            with: Some("an integration rule with zones of its own"),
+            remedy: "pressures are those of its zones: give the size 1, or take Rule::Auto or Rule::Smoothed",
+        },
+        Setting {
+            name: "solution by Krylov iteration",
+            differs: |a, b| a.solver_choice != b.solver_choice,
+            left_out: false,
+            follows: |_, scheme| {
+                scheme.approximation == ApproximationChoice::Particles || scheme.solver_choice != SolverChoice::Krylov
+            },
+            with: Some("finite elements"),
+            remedy: "take SolverChoice::Auto, which takes factors",
+        },
     ]
+}
+
+/// Whether pressures stand on zones that follow from the rule alone.
+fn has_zones(rule: &Rule) -> bool {
+    matches!(rule, Rule::Scni | Rule::Nodal | Rule::Gauss { zones: Some(_), .. })
 }
 
 /// Cells per direction of a zone of pressure.
@@ -111,6 +135,13 @@ fn solves_alike(own: &Scheme, of: &Scheme) -> bool {
     let same = |solver| of.solver.as_ref().is_some_and(|other| Arc::ptr_eq(solver, other));
     [of, &Scheme::default()].iter().any(|other| solution(own) == solution(other))
         && own.solver.as_ref().is_none_or(same)
+}
+
+fn is_same<T: ?Sized>(a: &Option<Arc<T>>, b: &Option<Arc<T>>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+        (a, b) => a.is_none() && b.is_none(),
+    }
 }
 
 fn same_layout(a: &Layout, b: &Layout) -> bool {
@@ -135,7 +166,9 @@ fn plain(scheme: &Scheme) -> Scheme {
         partition: Partition::default(),
         dilation: Dilation::Auto,
         rcond_limit: None,
+        kernel: None,
         pressure: PressureScheme::Auto,
+        solver_choice: SolverChoice::Auto,
         ..scheme.clone()
     }
 }
@@ -162,7 +195,7 @@ pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, scheme: &Scheme, own: &[S
         };
         let all = || scene.bodies.iter().zip(own);
         let of_scene = differs(scheme, &plain) && !all().any(|(body, own)| taken(body, own));
-        let of_body = all().find(|(body, own)| differs(own, scheme) && !taken(body, own));
+        let of_body = all().find(|(body, own)| differs(own, scheme) && differs(own, &plain) && !taken(body, own));
         if let Some((body, _)) = of_body.or_else(|| all().next().filter(|_| of_scene)) {
             let source = match &body.source {
                 Source::Domain(_) => "a block or mapped block",

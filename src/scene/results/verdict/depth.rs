@@ -35,7 +35,8 @@ pub(super) fn unresolved<const D: usize>(problem: &Problem<D>, state: &State) ->
             let fixed = fixed_inside(problem).iter().any(|inside| inside.surface == contact.name);
             doubt(DoubtCause::Depth { contact: contact.name.clone(), depth, limit, fixed }, &at);
         }
-        let share = lacking / (lacking + energy.max(0.0));
+        // NaN, which no limit is below, where a law does not tell its energy.
+        let share = lacking / (lacking + if energy < 0.0 { 0.0 } else { energy });
         if share > LARGEST_SHARE {
             doubt(DoubtCause::Overlap { contact: contact.name.clone(), share, limit: LARGEST_SHARE }, &at);
         }

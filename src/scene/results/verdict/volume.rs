@@ -1,7 +1,7 @@
 //! Fields that fold between particles.
 
 use crate::error::{Doubt, DoubtCause};
-use crate::geometry::Point;
+use crate::geometry::{Mat3, Point};
 use crate::material::{Past, VolumetricEnergy};
 use crate::solve::State;
 
@@ -88,16 +88,20 @@ fn apart(body: &dyn BodyView, number: usize, state: &State, worst: &mut Worst) -
     folded
 }
 
-/// The distortional energy of a body.
+/// The distortional energy of a body; NaN where its law does not tell it, as not even at rest.
 fn distortional(body: &dyn BodyView, state: &State) -> f64 {
     let (material, weights, mut sum) = (body.material(), body.weights(), 0.0);
     if material.volumetric().is_none() {
         return sum;
     }
     let memory = material.rest();
+    let energy_of = |f: &Mat3| material.energy_from(f, Past { memory: &memory, elapsed: 0.0 });
+    if energy_of(&Mat3::identity()).is_nan() {
+        return f64::NAN;
+    }
     for (point, weight) in weights.iter().enumerate() {
         let f = body.deformation_gradient(point, &state.displacement);
-        let energy = material.energy_from(&f, Past { memory: &memory, elapsed: 0.0 });
+        let energy = energy_of(&f);
         if energy.is_finite() {
             sum += weight * energy;
         }
