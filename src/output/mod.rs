@@ -86,14 +86,18 @@ fn write_file(path: &Path, endings: &[&str], contents: impl AsRef<[u8]>) -> Resu
 }
 
 #[cfg(feature = "chart")]
-/// A number with as many digits as its range needs.
-fn short(value: f64, range: f64) -> String {
-    let size = range.abs().max(1e-300);
-    if !(1e-3..1e5).contains(&size) {
-        return format!("{value:.2e}");
+/// A number with as many digits as tell it from others between two ends.
+fn short(value: f64, [low, high]: [f64; 2]) -> String {
+    let order = |size: f64| size.max(1e-300).log10().floor();
+    let size = low.abs().max(high.abs());
+    let range = if high > low { high - low } else { size };
+    // A narrow range is written as what it is narrow beside.
+    let scale = if range < 1e-3 { size } else { range };
+    if !(1e-3..1e5).contains(&scale) {
+        let digits = 2.0 + (order(size) - order(range)).max(0.0);
+        return format!("{value:.*e}", digits as usize);
     }
-    let digits = (2.0 - size.log10().floor()).clamp(0.0, 6.0) as usize;
-    let text = format!("{value:.digits$}");
+    let text = format!("{value:.*}", (2.0 - order(range)).max(0.0) as usize);
     // Rounding leaves a sign on nothing.
     match text.strip_prefix('-') {
         Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_string(),

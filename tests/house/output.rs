@@ -312,6 +312,30 @@ mod chart {
         assert!(svg.contains("10⁻³"), "{svg}");
     }
 
+    /// Words of a chart that are numbers.
+    fn numbers(svg: &str) -> Vec<String> {
+        let words = svg.lines().map(|line| line.trim().split('<').next().unwrap_or_default());
+        words.filter(|word| word.parse::<f64>().is_ok()).map(String::from).collect()
+    }
+
+    #[test]
+    fn ticks_of_narrow_ranges_are_told_apart() {
+        for (low, high) in [(1.0, 1.0004), (1e7, 1e7 + 1e-2), (-3e-5, 2e-5), (0.0, 1e6), (1e9, 1e9 + 3e5), (0.3, 0.31)]
+        {
+            let chart = Chart::new("").line("", &[(low, low), (high, high)]);
+            let charts = [chart.clone(), chart.clone().x_log("").y_log("")];
+            for svg in charts[..if low > 0.0 { 2 } else { 1 }].iter().map(|chart| chart.to_svg().unwrap()) {
+                let found = numbers(&svg);
+                let mut apart = found.clone();
+                apart.sort();
+                apart.dedup();
+                // The two axes have the same range; the upper one has ticks that the other lacks.
+                let most = found.iter().map(|number| found.iter().filter(|other| *other == number).count()).max();
+                assert!(apart.len() > 2 && most <= Some(2), "{low} to {high}: {found:?}");
+            }
+        }
+    }
+
     #[test]
     fn points_that_cannot_be_shown_break_the_line() {
         let data = [(1.0, 1.0), (2.0, 2.0), (f64::NAN, 1.0), (3.0, -1.0), (4.0, 3.0), (5.0, 5.0), (6.0, f64::INFINITY)];

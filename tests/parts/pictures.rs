@@ -140,6 +140,23 @@ fn meshes_and_two_states_side_by_side_are_shown() {
     }
 }
 
+/// Pictures side by side have one bar: what one of them says of it is not lost.
+#[test]
+fn pictures_side_by_side_share_range_and_label() {
+    let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Point::<2>::from);
+    let plain = || Picture::new(&corners, vec![vec![0, 1, 2]]);
+    let stretched = || plain().coloured("stretch", vec![1.2, 1.2003, 1.2004]);
+    let svg = plain().beside(stretched()).to_svg().unwrap();
+    for text in [">stretch<", ">1.200000<", ">1.200100<", ">1.200400<"] {
+        assert!(svg.contains(text), "{text}");
+    }
+    let svg = stretched().range(0.5, 1.0).beside(stretched().range(1.0, 2.0)).beside(plain()).to_svg().unwrap();
+    assert!(svg.contains(">0.50<") && svg.contains(">2.00<"));
+    let page =
+        Page::new("two").frame("plain", plain()).frame("stretched", stretched().range(0.5, 2.0)).to_html().unwrap();
+    assert!(page.contains("label:\"stretch\",range:[0.5,2.0]"));
+}
+
 #[test]
 fn what_can_not_be_shown_is_refused() {
     let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Point::<2>::from);

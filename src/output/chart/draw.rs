@@ -165,8 +165,12 @@ fn plot<'a>(
     let mut plot = builder.build_cartesian_2d(x.0..x.1, y.0..y.1)?;
     let label = |scale: Scale, (low, high): (f64, f64)| {
         move |even: &f64| match scale {
-            Scale::Linear => short(*even, high - low),
-            Scale::Logarithmic if high - low < 2.0 => two_digits(10f64.powf(*even)),
+            Scale::Linear => short(*even, [low, high]),
+            // Two digits, and more where the ends differ by less than a factor of two.
+            Scale::Logarithmic if high - low < 2.0 => {
+                let apart = (10f64.powf(high - low) - 1.0).log10().floor();
+                rounded(10f64.powf(*even), (2.0 - apart.min(0.0)) as i32)
+            }
             Scale::Logarithmic if (even - even.round()).abs() < 1e-9 => power_of_ten(even.round() as i32),
             Scale::Logarithmic => format!("{:.1e}", 10f64.powf(*even)),
         }
@@ -375,12 +379,12 @@ fn power_of_ten(exponent: i32) -> String {
     "10".chars().chain(exponent.to_string().chars().map(raised)).collect()
 }
 
-/// A number of two digits, for axes of less than two decades.
-fn two_digits(value: f64) -> String {
+/// A number of so many digits.
+fn rounded(value: f64, digits: i32) -> String {
     if !(1e-4..1e5).contains(&value) {
-        return format!("{value:.1e}");
+        return format!("{value:.*e}", digits as usize - 1);
     }
-    let last = (value * 1.000001).log10().floor() as i32 - 1;
+    let last = (value * 1.000001).log10().floor() as i32 + 1 - digits;
     let (unit, digits) = (10f64.powi(last.abs()), last.min(0).unsigned_abs() as usize);
     if last > 0 { format!("{:.0}", (value / unit).round() * unit) } else { format!("{value:.digits$}") }
 }
@@ -410,7 +414,8 @@ mod tests {
         assert_eq!(clip(&ranges, (0.5, 0.5), (0.5, 0.5)), Some([(0.5, 0.5); 2]));
         assert_eq!(clip(&ranges, (-1.0, 1.0), (0.5, 4.0)), None);
         assert_eq!(power_of_ten(-12), "10⁻¹²");
-        let texts = [10f64.powf(2.6), 10f64.powf(3.1), 1e-3, 10f64.powf(-3.2), 2.0, 1e-9].map(two_digits);
+        let texts =
+            [10f64.powf(2.6), 10f64.powf(3.1), 1e-3, 10f64.powf(-3.2), 2.0, 1e-9].map(|value| rounded(value, 2));
         assert_eq!(texts, ["400", "1300", "0.0010", "0.00063", "2.0", "1.0e-9"]);
     }
 }

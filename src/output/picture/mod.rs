@@ -145,7 +145,8 @@ impl Picture {
         self
     }
 
-    /// Puts another picture to the right of this one, at the same scale and with the same colours for the same values.
+    /// Puts another picture to the right of this one, at the same scale and with the same colours for the same values: ranges that were set
+    /// are joined, and the bar has the label of the first picture with values.
     #[must_use]
     pub fn beside(mut self, mut other: Picture) -> Self {
         let further = std::mem::take(&mut other.beside);
@@ -172,7 +173,7 @@ impl Picture {
             .flat_map(|ends| [0, 1].each(|i| room[i] / (ends[i][1] - ends[i][0])))
             .fold(f64::INFINITY, f64::min);
         ensure!(scale > 0.0 && scale.is_finite(), self.nothing("a body without extent, or no room for it"));
-        let range = self.range.unwrap_or_else(|| value_range(&panels));
+        let range = given_range(panels.iter().copied()).unwrap_or_else(|| value_range(&panels));
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
              font-family=\"sans-serif\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
@@ -197,7 +198,7 @@ impl Picture {
             );
         }
         if bar > 0.0 {
-            self.bar(&mut svg, [width - bar, top], room[1], range);
+            first_coloured(panels.iter().copied()).unwrap_or(self).bar(&mut svg, [width - bar, top], room[1], range);
         }
         svg.push_str("</svg>\n");
         Ok(svg)
@@ -335,7 +336,7 @@ impl Picture {
         let range = most - least;
         for mark in if range > 0.0 { 0..=4 } else { 0..=0 } {
             let part = f64::from(mark) / 4.0;
-            let text = short(least + part * range, if range > 0.0 { range } else { least });
+            let text = short(least + part * range, [least, most]);
             let y = from + bar * (1.0 - part) + 5.0;
             let _ = writeln!(svg, "<text x=\"{:.1}\" y=\"{y:.1}\" font-size=\"{letters}\">{text}</text>", x + 26.0);
         }
@@ -347,6 +348,16 @@ impl Picture {
 /// A point of three coordinates.
 fn padded<const D: usize>(x: &SVector<f64, D>) -> Vec3 {
     Vec3::from_fn(|i, _| if i < D { x[i] } else { 0.0 })
+}
+
+/// The range of all pictures that were given one.
+fn given_range<'a>(panels: impl Iterator<Item = &'a Picture>) -> Option<(f64, f64)> {
+    panels.filter_map(|panel| panel.range).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+/// The first picture with values, whose label stands at the bar.
+fn first_coloured<'a>(mut panels: impl Iterator<Item = &'a Picture>) -> Option<&'a Picture> {
+    panels.find(|panel| !panel.values.is_empty())
 }
 
 /// The least and the largest value that pictures show.

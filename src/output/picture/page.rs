@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::colour::{BANDS, colour};
-use super::{LEVEL, Picture, base64};
+use super::{LEVEL, Picture, base64, first_coloured, given_range};
 use crate::each::{EachOf, list_of};
 use crate::error::OutputError;
 use crate::output::{escaped, is_forbidden, short, write_file};
@@ -35,8 +35,8 @@ impl Page {
         Page { title: title.into(), frames: Vec::new() }
     }
 
-    /// Adds a frame with what the slider says at it. All frames show the same faces at other places; the first one's view and
-    /// label count.
+    /// Adds a frame with what the slider says at it. All frames show the same faces at other places; the first one's view counts, ranges
+    /// that were set are joined, and the bar has the label of the first picture with values.
     #[must_use]
     pub fn frame(mut self, label: impl Into<String>, picture: Picture) -> Self {
         self.frames.push((label.into(), picture));
@@ -51,14 +51,16 @@ impl Page {
         let refused = |what: String| OutputError::Chart { title: self.title.clone(), what };
         let (_, first) = self.frames.first().ok_or_else(|| refused("a page without a frame".to_string()))?;
         let mut frames = String::new();
-        let (mut least, mut most) = first.range.unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
+        let pictures = || self.frames.iter().map(|(_, picture)| picture);
+        let given = given_range(pictures());
+        let (mut least, mut most) = given.unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
         for (label, picture) in &self.frames {
             picture.check()?;
             ensure!(
                 picture.faces == first.faces && picture.points.len() == first.points.len(),
                 refused(format!("frame \"{label}\" has other faces than the first frame"))
             );
-            if first.range.is_none() {
+            if given.is_none() {
                 let values = picture.values.iter().filter(|v| v.is_finite());
                 (least, most) = values.fold((least, most), |(a, b), v| (a.min(*v), b.max(*v)));
             }
@@ -84,15 +86,15 @@ impl Page {
         let colours: Vec<[u8; 3]> = list_of(BANDS, |band| colour(band).each(|c| c as u8));
         let range = most - least;
         let marks: Vec<String> = match range > 0.0 {
-            true => (0..=4).map(|mark| short(least + f64::from(mark) / 4.0 * range, range)).collect(),
-            false => vec![short(least, least)],
+            true => (0..=4).map(|mark| short(least + f64::from(mark) / 4.0 * range, [least, most])).collect(),
+            false => vec![short(least, [least, most])],
         };
         let data = format!(
             "{{flat:{},view:{:?},label:{},range:[{least:?},{most:?}],marks:{marks:?},colours:{colours:?},triangles:\"{}\",\
              lines:\"{lines}\",frames:[{frames}]}}",
             first.flat,
             first.view,
-            quoted(&escaped(&first.label)),
+            quoted(&escaped(&first_coloured(pictures()).unwrap_or(first).label)),
             integers(&mut triangles),
         );
         // Piece by piece: words of the page's own are no places of the template.
