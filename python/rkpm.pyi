@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 _Array = NDArray[np.float64]
 _Csr = tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32]]
-_Place = str | tuple[int, str] | Place
+_Part = str | tuple[int, str]
+_Place = _Part | Place
 _Vector = Sequence[float] | Callable[..., Sequence[float]]
 _Body = Block | Region | Solid | Mesh
 
@@ -19,16 +20,20 @@ class Block:
     def __new__(cls, min: Sequence[float], max: Sequence[float]) -> Block: ...
 
 class Error(Exception):
-    """What the crate refuses or can't find: where, what, and the remedy."""
+    """What the crate refuses or can't find: where, what, and the remedy. A run that ended early is `path`, with the stages before it `paths`."""
     path: Path
+    paths: list[Path]
 
 @final
 class Fitted:
-    """A law fitted to tests: coefficients, misfits, warnings; `rubber(bulk=…)` is the law for a scene."""
-    def rubber(self, *, bulk: float) -> Law:
-        """The law with k/2 (J - 1)²."""
+    """A law fitted to tests: coefficients, misfits, warnings; `rubber(bulk=…)` is the law for a scene, `rubber()` that of a foam."""
+    def rubber(self, *, bulk: float | None = None) -> Law:
+        """The law for a scene: with k/2 (J - 1)², k being `bulk`, or that of volumetric tests; foams are compressible and take none."""
     def nominal(self, stretches: Sequence[float], mode: str = 'uniaxial') -> _Array:
         """Nominal stresses of the law at stretches in a test."""
+    @property
+    def bulk(self) -> float | None:
+        """The bulk modulus of volumetric tests [stress]; none without them, and of foams, which have it among their coefficients."""
     @property
     def coefficients(self) -> list[tuple[str, float]]:
         """Coefficients by name."""
@@ -41,8 +46,9 @@ class Fitted:
     def _repr_svg_(self) -> str: ...
 
 class Interrupted(KeyboardInterrupt):
-    """A run that Ctrl-C ended. Its steps up to there are `path`, also `Scene.path`; before the first one there is none."""
+    """A run that Ctrl-C ended. Its steps up to there are `path`, also `Scene.path`, with the stages before it `paths`; before the first one there is none."""
     path: Path | None
+    paths: list[Path]
 
 @final
 class Law:
@@ -172,7 +178,7 @@ class Picture:
 @final
 class Place:
     """Where a condition or a load acts, or a result is asked for. Where a function `within` says which part is meant, results are asked for by the same object."""
-    def __new__(cls, part: _Place | None = None, *, at: Sequence[float] | None = None, of: str | None = None, within: Callable[[_Array], bool] | None = None) -> Place: ...
+    def __new__(cls, part: _Part | None = None, *, at: Sequence[float] | None = None, of: str | None = None, within: Callable[[_Array], bool] | None = None) -> Place: ...
 
 @final
 class Region:
@@ -188,7 +194,7 @@ class Region:
 @final
 class Scene:
     """A body with its law, conditions, loads and contacts. Methods give a new scene and leave the old one as it was."""
-    def __new__(cls, body: _Body | None = None, law: Law | None = None, kinematics: str | None = None, *, thickness: float = 1.0) -> Scene: ...
+    def __new__(cls, body: _Body | None = None, law: Law | None = None, kinematics: str | None = None, *, thickness: float | None = None) -> Scene: ...
     def body(self, name: str, geometry: _Body, law: Law, *, particles: int | Sequence[int] | None = None, spacing: float | None = None) -> Scene:
         """Adds a body of a name; `particles` and `spacing` are those of this body alone."""
     def unbonded(self, first: str, second: str) -> Scene:
@@ -230,7 +236,7 @@ class Scene:
     def solve(self, *, particles: int | Sequence[int] | None = None, spacing: float | None = None, order: int | None = None, elements: bool = False, dilation: float | None = None, seed: int | None = None, steps: int | None = None, arc_length: bool = False, within: float | None = None, of: str | tuple[str, Any, int] | None = None, progress: bool | Callable[[float, int], Any] | None = None) -> Path:
         """Solves the scene."""
     def history(self, stages: Mapping[str, Callable[[Scene], Scene]], *, particles: int | Sequence[int] | None = None, spacing: float | None = None, order: int | None = None, elements: bool = False, steps: int | None = None, progress: bool | Callable[[float, int], Any] | None = None) -> list[Path]:
-        """Solves the scene, then stages that change it, each from where the one before ended: `{name: function}`, a function takes the scene of the stage before and gives the next one, by `without`, `move_on`, `move`, … . Gives a path for each stage, the first for the scene itself. How: as in `solve`."""
+        """Solves the scene, then stages that change it, each from where the one before ended: `{name: function}`, a function takes the scene of the stage before and gives the next one, by `without`, `move_on`, `move`, … . Gives a path for each stage, the first for the scene itself. How: as in `solve`. Where a run ends early the exception has the paths of all stages up to there as `paths`."""
     @property
     def path(self) -> Path | None:
         """The path of the last run, however it ended."""
@@ -299,8 +305,8 @@ def energy(expression: str, *, bulk: float, **constants: float) -> Law:
 def extended_tube(crosslinks: float, entanglements: float, beta: float, delta: float, *, bulk: float) -> Law:
     """The extended tube model with G_c, G_e, β and δ."""
 
-def fit(tests: Mapping[str, tuple[Sequence[float], Sequence[float]]] | str | PathLike[str], law: str = 'yeoh', *, terms: int = 2, starts: int = 40, seed: int = 1, allow_unstable: bool = False) -> Fitted:
-    """Fits a law to tests: "yeoh", "mooney-rivlin", "neo-hookean", "ogden", "gent", "arruda-boyce", "extended tube", "foam". Tests are `{"uniaxial": (stretches, nominal stresses), …}`, a CSV text with the columns mode, stretch and nominal_stress, or its file. A law that is unstable inside the range of its own data is refused unless `allow_unstable`."""
+def fit(tests: Mapping[str, tuple[Sequence[float], Sequence[float]]] | str | PathLike[str], law: str = 'yeoh', *, terms: int | None = None, starts: int = 40, seed: int = 1, allow_unstable: bool = False) -> Fitted:
+    """Fits a law to tests: "yeoh", "mooney-rivlin", "neo-hookean", "ogden", "gent", "arruda-boyce", "extended tube", "foam". Tests are `{"uniaxial": (stretches, nominal stresses), …}`, a CSV text with the columns mode, stretch and nominal_stress, or its file. A law that is unstable inside the range of its own data is refused unless `allow_unstable`. `terms` are those of "ogden" and "foam", 2 unless given."""
 
 def gent(shear: float, limit: float, *, bulk: float) -> Law:
     """Gent's law with shear modulus and limit Jₘ of I₁ - 3."""

@@ -142,6 +142,11 @@ impl Expression {
     /// # Errors
     /// Where it is none, with the place and what it knows.
     pub(crate) fn parse(text: &str, constants: &[(String, f64)]) -> Result<Self, String> {
+        let is_word = |name: &str| text.split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == name);
+        let unused = |name: &str| ["I1", "I2", "exp", "log", "sqrt"].contains(&name) || !is_word(name);
+        if let Some((name, _)) = constants.iter().find(|(name, _)| unused(name)) {
+            return Err(format!("energy {text:?}: it has no constant {name}, leave it out"));
+        }
         let mut parser = Parser { text, rest: text.trim_start(), constants, ops: Vec::new(), nested: 0 };
         parser.sum()?;
         if !parser.rest.is_empty() {

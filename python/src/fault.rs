@@ -5,12 +5,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pyo3::exceptions::{PyException, PyKeyboardInterrupt, PyTypeError};
 use pyo3::prelude::*;
 
-pyo3::create_exception!(rkpm, Error, PyException, "What the crate refuses or can't find: where, what, and the remedy.");
+pyo3::create_exception!(
+    rkpm,
+    Error,
+    PyException,
+    "What the crate refuses or can't find: where, what, and the remedy. A run that ended early is `path`, with the stages before it `paths`."
+);
 pyo3::create_exception!(
     rkpm,
     Interrupted,
     PyKeyboardInterrupt,
-    "A run that Ctrl-C ended. Its steps up to there are `path`, also `Scene.path`; before the first one there is none."
+    "A run that Ctrl-C ended. Its steps up to there are `path`, also `Scene.path`, with the stages before it `paths`; before the first one \
+     there is none."
 );
 
 /// An error of the crate as an exception with the same words.

@@ -277,7 +277,8 @@ pub(crate) struct Mesh(AnyMesh);
 
 #[pymethods]
 impl Mesh {
-    /// Points (n × 2 or n × 3); cells by their shape, `{"tetra": corners}`, as meshio names them; groups of cells,
+    /// Points (n × 2 or n × 3); cells by their shape, `{"tetra": corners}`, as meshio names them, of which those of higher order
+    /// (`"tetra10"`) are taken by their corners; groups of cells,
     /// `{"base": {"triangle": numbers}}`, counted among those of their shape.
     #[new]
     #[pyo3(signature = (points, cells, groups=None))]
@@ -288,18 +289,18 @@ impl Mesh {
         let mut count = 0;
         for (name, corners) in cells.iter() {
             let name: String = name.extract()?;
-            let Some((shape, needed)) = shape(&name) else {
+            let Some((shape, needed, nodes)) = shape(&name) else {
                 return Err(Error::new_err(format!(
                     "mesh: no cells {name:?}; give vertex, line, triangle, quad, tetra, hexahedron or wedge"
                 )));
             };
             let (corners, width) = table(&corners, "cells", |v: i64| usize::try_from(v).unwrap_or(usize::MAX))?;
-            if width != needed {
-                return Err(Error::new_err(format!("mesh: {name} cells of {width} corners, give {needed} for each")));
+            if width != nodes {
+                return Err(Error::new_err(format!("mesh: {name} cells of {width} corners, give {nodes} for each")));
             }
             first.push((name, count));
             count += corners.len();
-            blocks.push((shape, corners.into_iter().flatten().collect()));
+            blocks.push((shape, corners.into_iter().flat_map(|nodes| nodes.into_iter().take(needed)).collect()));
         }
         let mut named: Vec<(String, Vec<usize>)> = Vec::new();
         for (group, by_shape) in groups.into_iter().flatten() {
@@ -400,12 +401,31 @@ impl Mesh {
 }
 
 const GROUPS: &str = "mesh: give groups as {name: {shape: numbers of cells}}";
-const VTK: [(u32, &str); 7] =
-    [(1, "vertex"), (3, "line"), (5, "triangle"), (9, "quad"), (10, "tetra"), (12, "hexahedron"), (13, "wedge")];
+const VTK: [(u32, &str); 17] = [
+    (1, "vertex"),
+    (3, "line"),
+    (5, "triangle"),
+    (9, "quad"),
+    (10, "tetra"),
+    (12, "hexahedron"),
+    (13, "wedge"),
+    (21, "line3"),
+    (22, "triangle6"),
+    (23, "quad8"),
+    (24, "tetra10"),
+    (25, "hexahedron20"),
+    (26, "wedge15"),
+    (28, "quad9"),
+    (29, "hexahedron27"),
+    (32, "wedge18"),
+    (34, "triangle7"),
+];
 
-/// A shape by its name, and how many corners it has.
-fn shape(name: &str) -> Option<(CellShape, usize)> {
-    Some(match name {
+/// A shape by its name, how many corners it has, and how many nodes: those of higher order follow the corners, and end the name by their
+/// number.
+fn shape(name: &str) -> Option<(CellShape, usize, usize)> {
+    let plain = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let (shape, corners) = match plain {
         "vertex" => (CellShape::Vertex, 1),
         "line" => (CellShape::Line, 2),
         "triangle" => (CellShape::Triangle, 3),
@@ -414,7 +434,12 @@ fn shape(name: &str) -> Option<(CellShape, usize)> {
         "hexahedron" => (CellShape::Hexahedron, 8),
         "wedge" => (CellShape::Prism, 6),
         _ => return None,
-    })
+    };
+    let nodes = match &name[plain.len()..] {
+        "" => corners,
+        count => count.parse().ok().filter(|nodes| *nodes > corners)?,
+    };
+    Some((shape, corners, nodes))
 }
 
 /// Refuses triangles and quadrangles on a surface in space: its third coordinate would be dropped.

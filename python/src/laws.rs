@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
+use numpy::{PyArray1, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rkpm::error::MaterialError;
@@ -15,6 +15,7 @@ use rkpm::prelude::Rubber;
 
 use crate::expression::Expression;
 use crate::fault::{Error, Faults, mistyped, refused};
+use crate::geometry::numbers;
 use crate::own::Own;
 
 /// A law of a rubber or a foam: a stored energy W(F) per reference volume, in the unit of its constants.
@@ -52,18 +53,14 @@ impl Law {
     }
 
     /// The stored energy at a deformation gradient, 3 × 3.
-    fn energy(&self, py: Python<'_>, gradient: PyReadonlyArray2<'_, f64>) -> PyResult<f64> {
-        let f = matrix(&gradient)?;
+    fn energy(&self, py: Python<'_>, gradient: &Bound<'_, PyAny>) -> PyResult<f64> {
+        let f = matrix(gradient)?;
         self.value(py, |law| law.energy(&f))
     }
 
     /// The first Piola–Kirchhoff stress at a deformation gradient, 3 × 3.
-    fn stress<'py>(
-        &self,
-        py: Python<'py>,
-        gradient: PyReadonlyArray2<'_, f64>,
-    ) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
-        let f = matrix(&gradient)?;
+    fn stress<'py>(&self, py: Python<'py>, gradient: &Bound<'_, PyAny>) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
+        let f = matrix(gradient)?;
         let stress = self.value(py, |law| law.response(&f).stress)?;
         rows(py, stress.transpose().as_slice(), 3)
     }
@@ -92,12 +89,13 @@ impl Law {
 }
 
 /// A 3 × 3 array as a matrix.
-pub(crate) fn matrix(given: &PyReadonlyArray2<'_, f64>) -> PyResult<Matrix3<f64>> {
-    if given.shape() != [3, 3] {
-        return Err(Error::new_err(format!("deformation gradient: an array of {:?}, give 3 × 3", given.shape())));
+fn matrix(given: &Bound<'_, PyAny>) -> PyResult<Matrix3<f64>> {
+    let array = numbers::<f64>(given, "deformation gradient")?;
+    let array = array.as_array();
+    if array.shape() != [3, 3] {
+        return Err(Error::new_err(format!("deformation gradient: an array of {:?}, give 3 × 3", array.shape())));
     }
-    let array = given.as_array();
-    Ok(Matrix3::from_fn(|i, j| array[(i, j)]))
+    Ok(Matrix3::from_fn(|i, j| array[[i, j]]))
 }
 
 /// Numbers as an array of so many columns.
@@ -199,7 +197,8 @@ pub(crate) fn energy(expression: &str, bulk: f64, constants: Option<&Bound<'_, P
 /// which nearly incompressible rubber needs in order not to lock.
 ///
 /// Slow: the function is called at each point in each iteration, one thread at a time. `energy` of an expression is as fast as
-/// the laws of the crate. `energy` as a keyword is a function of F for the stored energy; without it energies are NaN.
+/// the laws of the crate. `energy` as a keyword is a function of F for the stored energy; without it energies are NaN, and states are not
+/// doubted for what their energy would tell.
 #[pyfunction]
 #[pyo3(signature = (stress, *, bulk=None, energy=None))]
 pub(crate) fn material(
@@ -233,7 +232,7 @@ fn mode(name: &str) -> PyResult<Mode> {
     })
 }
 
-/// A law fitted to tests: coefficients, misfits, warnings; `rubber(bulk=…)` is the law for a scene.
+/// A law fitted to tests: coefficients, misfits, warnings; `rubber(bulk=…)` is the law for a scene, `rubber()` that of a foam.
 #[pyclass(frozen, module = "rkpm")]
 pub(crate) struct Fitted {
     report: Report,
@@ -259,10 +258,20 @@ impl Fitted {
         self.report.warnings.iter().map(ToString::to_string).collect()
     }
 
-    /// The law with k/2 (J - 1)².
-    #[pyo3(signature = (*, bulk))]
-    fn rubber(&self, bulk: f64) -> PyResult<Law> {
-        Law::new(&self.report.name, self.report.rubber(bulk))
+    /// The bulk modulus of volumetric tests [stress]; none without them, and of foams, which have it among their coefficients.
+    #[getter]
+    fn bulk(&self) -> Option<f64> {
+        self.report.bulk
+    }
+
+    /// The law for a scene: with k/2 (J - 1)², k being `bulk`, or that of volumetric tests; foams are compressible and take none.
+    #[pyo3(signature = (*, bulk=None))]
+    fn rubber(&self, bulk: Option<f64>) -> PyResult<Law> {
+        match bulk.or(self.report.bulk) {
+            Some(bulk) => Law::new(&self.report.name, self.report.rubber(bulk)),
+            None if self.report.compressible => Law::new(&self.report.name, Ok(self.report.law.clone())),
+            None => Err(Error::new_err("rubber: no volumetric test tells the bulk modulus, give bulk")),
+        }
     }
 
     /// Nominal stresses of the law at stretches in a test.
@@ -284,30 +293,35 @@ impl Fitted {
 
 /// Fits a law to tests: "yeoh", "mooney-rivlin", "neo-hookean", "ogden", "gent", "arruda-boyce", "extended tube", "foam". Tests are
 /// `{"uniaxial": (stretches, nominal stresses), …}`, a CSV text with the columns mode, stretch and nominal_stress, or its file.
-/// A law that is unstable inside the range of its own data is refused unless `allow_unstable`.
+/// A law that is unstable inside the range of its own data is refused unless `allow_unstable`. `terms` are those of "ogden" and "foam", 2
+/// unless given.
 #[pyfunction]
-#[pyo3(signature = (tests, law="yeoh", *, terms=2, starts=40, seed=1, allow_unstable=false))]
+#[pyo3(signature = (tests, law="yeoh", *, terms=None, starts=40, seed=1, allow_unstable=false))]
 pub(crate) fn fit(
     py: Python<'_>,
     tests: &Bound<'_, PyAny>,
     law: &str,
-    terms: usize,
+    terms: Option<usize>,
     starts: usize,
     seed: u64,
     allow_unstable: bool,
 ) -> PyResult<Fitted> {
     let data = self::tests(tests)?;
+    let count = terms.unwrap_or(2);
     let family = match law {
         "neo-hookean" => Family::NeoHookean,
         "mooney-rivlin" => Family::MooneyRivlin,
         "yeoh" => Family::Yeoh,
-        "ogden" => Family::Ogden(terms),
+        "ogden" => Family::Ogden(count),
         "gent" => Family::Gent,
         "arruda-boyce" => Family::ArrudaBoyce,
         "extended tube" => Family::ExtendedTube,
-        "foam" => Family::Foam(terms),
+        "foam" => Family::Foam(count),
         other => return Err(Error::new_err(format!("fit: no law {other:?}; the documentation of fit lists them"))),
     };
+    if terms.is_some() && !matches!(family, Family::Ogden(_) | Family::Foam(_)) {
+        return Err(Error::new_err(format!("fit: {law} has no number of terms, ogden and foam have")));
+    }
     let mut search = Search::new(family).starts(starts).seed(seed);
     if allow_unstable {
         search = search.allow_unstable();

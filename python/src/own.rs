@@ -54,9 +54,11 @@ fn stress(given: &Bound<'_, PyAny>) -> PyResult<Matrix3<f64>> {
 
 /// The numbers of an array in C's order.
 fn numbers<const N: usize>(given: &Bound<'_, PyAny>, what: &str, shape: &str) -> PyResult<[f64; N]> {
+    // Most functions give what needs no conversion.
     let array: PyReadonlyArrayDyn<'_, f64> = given
         .extract()
-        .map_err(|_| Error::new_err(format!("material: the {what} is no array of floats, give {shape}")))?;
+        .or_else(|_| crate::geometry::numbers(given, what))
+        .map_err(|_| Error::new_err(format!("material: the {what} is no array of numbers, give {shape}")))?;
     let array = array.as_array();
     if array.len() != N {
         let found = array.shape().to_vec();

@@ -21,8 +21,9 @@ enum Spot {
 /// Where a condition or a load acts, or a result is asked for.
 ///
 /// Most places need none of this: the name of a part (`"insert"`) or a face of a block, `(axis, "min")` or `(axis, "max")`,
-/// stand for themselves. `at` is a point, `of` names one of several bodies, `within` is a function of X that says which
-/// part of the place is meant; results there are asked for by the same object. Without part and point it is the whole body.
+/// stand for themselves, as do `"min"` and `"max"` of bars. `at` is a point, `of` names one of several bodies, `within` is a
+/// function of X that says which part of the place is meant; results there are asked for by the same object. Without part and
+/// point it is the whole body.
 #[pyclass(frozen, module = "rkpm", from_py_object)]
 #[derive(Clone)]
 pub(crate) struct Place {
@@ -55,11 +56,7 @@ impl Place {
 
 fn part(given: &Bound<'_, PyAny>) -> PyResult<Part> {
     if let Ok(name) = given.extract::<String>() {
-        return Ok(match name.as_str() {
-            "min" => Part::from(Side::Min),
-            "max" => Part::from(Side::Max),
-            _ => Part::Named(name),
-        });
+        return Ok(Part::Named(name));
     }
     if let Ok((axis, side)) = given.extract::<(usize, String)>() {
         return match side.as_str() {
@@ -92,6 +89,9 @@ impl Place {
     fn make<const D: usize>(&self) -> PyResult<rkpm::scene::Place<D>> {
         use rkpm::scene::Place;
         let mut place = match &self.spot {
+            // The ends of a bar.
+            Spot::Part(Part::Named(name)) if D == 1 && name == "min" => Place::on(Side::Min),
+            Spot::Part(Part::Named(name)) if D == 1 && name == "max" => Place::on(Side::Max),
             Spot::Part(part) => Place::on(part.clone()),
             Spot::At(at) => Place::at(array::<D>(at, "place")?),
             Spot::Body => Place::body(),

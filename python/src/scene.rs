@@ -77,8 +77,8 @@ macro_rules! changed {
 
 /// A body with its law, conditions, loads and contacts. Methods give a new scene and leave the old one as it was.
 ///
-/// `kinematics` of bodies in the plane is "plane strain", "plane stress" (with `thickness`) or "axisymmetric", of bars "radial cylinder"
-/// or "radial sphere". Without a body the scene is an assembly, to which `body` adds several; it needs its kinematics, or "solid" in
+/// `kinematics` of bodies in the plane is "plane strain", "plane stress" (with `thickness`, 1 unless given) or "axisymmetric", of
+/// bars "radial cylinder" or "radial sphere". Without a body the scene is an assembly, to which `body` adds several; it needs its kinematics, or "solid" in
 /// space.
 #[pyclass(frozen, module = "rkpm")]
 pub(crate) struct Scene {
@@ -97,12 +97,12 @@ impl Scene {
 #[pymethods]
 impl Scene {
     #[new]
-    #[pyo3(signature = (body=None, law=None, kinematics=None, *, thickness=1.0))]
+    #[pyo3(signature = (body=None, law=None, kinematics=None, *, thickness=None))]
     fn new(
         body: Option<&Bound<'_, PyAny>>,
         law: Option<Law>,
         kinematics: Option<&str>,
-        thickness: f64,
+        thickness: Option<f64>,
     ) -> PyResult<Self> {
         let geometry = body.map(AnyGeometry::of).transpose()?;
         let kinematics = kinematics.unwrap_or(match geometry.as_ref().map(AnyGeometry::dimension) {
@@ -112,7 +112,7 @@ impl Scene {
         });
         let empty = match kinematics {
             "plane strain" => AnyScene::Two(SceneOf::assembly(PlaneStrain)),
-            "plane stress" => AnyScene::Two(SceneOf::assembly(PlaneStress { thickness })),
+            "plane stress" => AnyScene::Two(SceneOf::assembly(PlaneStress { thickness: thickness.unwrap_or(1.0) })),
             "axisymmetric" => AnyScene::Two(SceneOf::assembly(Axisymmetric)),
             "solid" => AnyScene::Three(SceneOf::assembly(Solid)),
             "radial cylinder" => AnyScene::One(SceneOf::assembly(RadialCylinder)),
@@ -122,6 +122,10 @@ impl Scene {
                 return Err(Error::new_err(format!("scene: no kinematics {other:?}; there are {known}")));
             }
         };
+        if thickness.is_some() && kinematics != "plane stress" {
+            let why = "is that of plane stress; forces in plane strain are per unit thickness";
+            return Err(Error::new_err(format!("scene: a thickness in {kinematics}: it {why}")));
+        }
         let scene = Scene { inner: empty, faults: Vec::new(), path: Mutex::new(None) };
         match (body, law) {
             (None, None) => Ok(scene),
@@ -411,7 +415,7 @@ impl Scene {
     /// `elements=True` takes finite elements of that order; `dilation`, the normalised one; `seed` of scattered particles; `steps`, equal
     /// ones; `arc_length=True` follows the path through limit points.
     ///
-    /// Or `within`, a relative error: the crate chooses the model. `of` says of what: "energy" (unless given), "volume",
+    /// Or `within`, a relative error: the crate chooses the model, whatever particles bodies were given. `of` says of what: "energy" (unless given), "volume",
     /// `("force", place, component)` or `("displacement", point, component)`.
     ///
     /// `progress=True` prints a line for each step, a function is called with load factor and iterations. Ctrl-C raises `Interrupted`.
@@ -469,7 +473,7 @@ impl Scene {
 
     /// Solves the scene, then stages that change it, each from where the one before ended: `{name: function}`, a function takes the scene
     /// of the stage before and gives the next one, by `without`, `move_on`, `move`, … . Gives a path for each stage, the first for the scene
-    /// itself. How: as in `solve`.
+    /// itself. How: as in `solve`. Where a run ends early the exception has the paths of all stages up to there as `paths`.
     #[pyo3(signature = (stages, *, particles=None, spacing=None, order=None, elements=false, steps=None, progress=None))]
     fn history(
         &self,
@@ -494,10 +498,15 @@ impl Scene {
             faults.add([function.fault.clone()]);
             named.push((name.extract::<String>()?, function));
         }
+        // A name that no stage has.
+        let mut first = "first".to_string();
+        while named.iter().any(|(name, _)| *name == first) {
+            first.push('\'');
+        }
         let mut watch = Watch::new(progress, faults.clone());
         macro_rules! run {
             ($scene:expr, $variant:ident) => {{
-                let mut stages = Stages::new("first", $scene.clone());
+                let mut stages = Stages::new(first, $scene.clone());
                 for (name, function) in named {
                     stages = stages.then(name, change(function, faults.clone()));
                 }
@@ -518,7 +527,10 @@ impl Scene {
         let paths: Vec<Py<Path>> = paths.into_iter().map(|path| Py::new(py, path)).collect::<PyResult<_>>()?;
         if let Some(last) = paths.last() {
             *self.path.lock().unwrap_or_else(PoisonError::into_inner) = Some(last.clone_ref(py));
-            watch.judge(py, last)?;
+            if let Err(error) = watch.judge(py, last) {
+                error.value(py).setattr("paths", paths)?;
+                return Err(error);
+            }
         }
         Ok(paths)
     }

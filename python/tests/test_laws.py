@@ -45,6 +45,25 @@ def test_a_fit_gives_back_the_law_that_made_the_data():
     assert report._repr_svg_().startswith("<svg") and dict(report.misfits)["uniaxial"] < 1e-5
 
 
+def test_a_fit_tells_and_takes_the_bulk_modulus_of_volumetric_tests():
+    tests = {"uniaxial": (STRETCHES, STRETCHES - STRETCHES**-2)}
+    plain = rkpm.fit(tests, "neo-hookean")
+    assert plain.bulk is None
+    with pytest.raises(rkpm.Error, match="give bulk"):
+        plain.rubber()
+    whole = rkpm.fit({**tests, "volumetric": ([0.99, 1.01], [-10, 10])}, "neo-hookean")
+    assert whole.bulk == pytest.approx(1e3) and whole.rubber().bulk == pytest.approx(1e3)
+    assert whole.rubber(bulk=500).bulk == pytest.approx(500)
+
+
+def test_a_fitted_foam_is_whole():
+    foam = rkpm.fit({"uniaxial": (STRETCHES, STRETCHES - STRETCHES**-2)}, "foam", terms=1, allow_unstable=True)
+    _, nu = foam.coefficients[2]
+    assert foam.bulk is None and foam.rubber().bulk == pytest.approx(foam.rubber().shear * 2 * (1 + nu) / (3 - 6 * nu))
+    with pytest.raises(rkpm.Error, match="compressible"):
+        foam.rubber(bulk=1e3)
+
+
 def test_a_fit_reads_text():
     text = "mode,stretch,nominal_stress\n" + "\n".join(f"uniaxial,{l},{l - l**-2}" for l in STRETCHES)
     assert dict(rkpm.fit(text, "neo-hookean").coefficients).popitem()[1] == pytest.approx(0.5, rel=1e-6)
@@ -84,6 +103,14 @@ def test_a_python_function_is_the_law_that_it_evaluates():
     assert own.displacement == pytest.approx(named.displacement, rel=1e-7, abs=1e-9)
 
 
+@pytest.mark.parametrize("numbers", [list, lambda P: P.astype(np.float32), lambda P: np.round(P).astype(int)], ids=["lists", "float32", "integers"])
+def test_a_python_function_gives_any_numbers(numbers):
+    law = rkpm.material(lambda F: numbers(F - np.linalg.inv(F).T))
+    assert law.stress([[2, 0, 0], [0, 1, 0], [0, 0, 1]])[0, 0] == pytest.approx(1.5, abs=0.5)
+    paired = rkpm.material(lambda F: (numbers(F - np.linalg.inv(F).T), numbers(np.zeros((3, 3, 3, 3)))))
+    assert paired.stress(2 * np.eye(3, dtype=int))[1, 1] == pytest.approx(1.5, abs=0.5)
+
+
 def test_what_a_python_function_raises_ends_the_run():
     def wrong(F):
         raise ZeroDivisionError("on purpose")
@@ -98,3 +125,7 @@ def test_energy_and_stress_at_a_gradient():
     law, F = rkpm.neo_hookean(0.5, bulk=1e3), np.array([[1.0, 0.3, 0], [0, 1, 0], [0, 0, 1]])
     assert law.energy(F) == pytest.approx(0.5 * 0.09)
     assert law.stress(F)[0, 1] == pytest.approx(0.3)
+    assert law.energy(F.tolist()) == law.energy(F) and law.energy(np.eye(3, dtype=int)) == 0
+    assert law.stress(F.astype(np.float32)) == pytest.approx(law.stress(F), abs=1e-4)
+    with pytest.raises(rkpm.Error, match="give 3 × 3"):
+        law.energy([1.0, 2.0])

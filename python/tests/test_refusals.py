@@ -57,6 +57,13 @@ SCENE = rkpm.Scene(BLOCK, LAW).hold((0, "min")).move((0, "max"), [0.5, 0], name=
     (lambda: rkpm.fit({"uniaxial": ([1.1, 1.2], [0.1])}), "as many"),
     (lambda: rkpm.fit({"sideways": ([1.1], [0.1])}), "no test"),
     (lambda: rkpm.fit("mode,stretch\n"), "column|stress"),
+    (lambda: rkpm.fit({"uniaxial": ([1.1, 1.2], [0.1, 0.2])}, "yeoh", terms=5), "yeoh has no number of terms"),
+    (lambda: rkpm.Scene(BLOCK, LAW, "plane strain", thickness=5.0), "thickness in plane strain"),
+    (lambda: rkpm.energy("mu/2*(I1 - 3)", mu=0.8, c=0.1, bulk=1e3), "no constant c"),
+    (lambda: rkpm.energy("exp(I1 - 3)", exp=2.0, bulk=1e3), "no constant exp"),
+    (lambda: SCENE.hold("min").solve(particles=5), "min"),
+    (lambda: rkpm.Mesh(np.eye(4), {"triangle6": [[0, 1, 2]]}), "3 corners, give 6"),
+    (lambda: rkpm.Mesh(np.eye(4), {"triangle2": [[0, 1, 2]]}), "no cells"),
     (lambda: rkpm.shape_functions([[0.0, 0]], [[0.0, 0]], 1.0, order=40), "particles"),
 ])
 def test_is_refused_by_name(call, words):
@@ -93,6 +100,16 @@ def test_a_stalled_run_keeps_its_path():
         scene.solve(particles=[5, 3])
     path = stalled.value.path
     assert path.ending == "stalled" and path.load[-1] < 1 and len(scene.path) == len(path)
+
+
+def test_a_stage_that_stalls_keeps_the_paths_of_all():
+    scene = rkpm.Scene(BLOCK, rkpm.gent(0.5, 1.0, bulk=1e3)).hold((0, "min")).move((0, "max"), [0.1, 0], name="pull")
+    # Any name will do, the one that the scene itself goes by inside too.
+    stages = {"first": lambda scene: scene, "too far": lambda scene: scene.without("pull").move((0, "max"), [4, 0])}
+    with pytest.raises(rkpm.Error, match="strained beyond its range") as stalled:
+        scene.history(stages, particles=[5, 3])
+    assert [path.ending for path in stalled.value.paths] == ["completed", "completed", "stalled"]
+    assert stalled.value.paths[-1] is stalled.value.path
 
 
 def test_an_unstable_state_is_refused_and_keeps_its_path():

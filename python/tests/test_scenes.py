@@ -203,6 +203,24 @@ def test_a_mesh_of_meshio_is_that_of_the_file():
     assert scene.solve().reaction("push")[0] == pytest.approx(force, rel=0.01)
 
 
+def test_cells_of_second_order_are_taken_by_their_corners():
+    meshio = pytest.importorskip("meshio")
+    corners, middles = [[0, 0], [1, 0], [1, 1], [0, 1]], [[0.5, 0], [1, 0.5], [0.5, 1], [0, 0.5], [0.5, 0.5]]
+    cells = [("triangle6", np.array([[0, 1, 2, 4, 5, 8], [0, 2, 3, 8, 6, 7]])), ("line3", np.array([[0, 1, 4]]))]
+    given = meshio.Mesh(np.array(corners + middles), cells, cell_sets={"low": [np.array([], int), np.array([0])]})
+    mesh = rkpm.Mesh.of(given)
+    assert mesh.volume == pytest.approx(1) and mesh.names == ["low"]
+    scene = rkpm.Scene(mesh, rkpm.neo_hookean(0.5, bulk=10)).hold("low").body_force([0.01, 0])
+    assert scene.solve().points == pytest.approx(np.array(corners, float))
+
+
+def test_parts_may_be_named_like_the_ends_of_a_bar():
+    outline = rkpm.Outline([0, 0]).line("min", [2, 0]).line("right", [2, 1]).line("max", [0, 1]).close("left")
+    scene = rkpm.Scene(rkpm.Region(outline), rkpm.neo_hookean(0.5, bulk=1e3)).hold("min").move("max", [0.2, 0])
+    moved = scene.solve(spacing=0.25).displacement_at([[1.0, 1.0], [1.0, 0.0]])[:, 0]
+    assert moved == pytest.approx([0.2, 0], abs=1e-2)
+
+
 def test_files_and_pictures(tmp_path):
     path = sheared()
     path.write(tmp_path / "pad.pvd")
