@@ -122,7 +122,7 @@ impl Equilibrium<'_> {
     /// The step under a control, and the answer to a unit of the load where that is unknown.
     fn step(&mut self, control: Control<'_>, state: &State) -> Result<(Increment, Option<Increment>), Cause> {
         let response = match control {
-            Control::Functional(..) => Some(self.solve(Rhs::Load)?),
+            Control::Functional(..) => Some(self.load_response()?),
             Control::Load(_) => None,
         };
         let mut step = self.solve(Rhs::Residual)?;
@@ -142,7 +142,7 @@ impl Equilibrium<'_> {
     /// with the tangent of that state (at rest: without any follower stiffness).
     pub(super) fn tangent_displacement(&mut self, state: &State) -> Result<Vec<f64>, Cause> {
         self.linearize(state)?;
-        Ok(self.solve(Rhs::Load)?.displacement)
+        Ok(self.load_response()?.displacement)
     }
 }
 

@@ -64,18 +64,27 @@ impl Equilibrium<'_> {
     /// [`Cause::Singular`] where the factors leave too much of the right-hand side, and [`Cause::Refused`] for lists of other lengths
     /// than this problem has.
     pub fn solve(&mut self, rhs: Rhs<'_>) -> Result<Increment, Cause> {
+        self.solve_as(rhs, if let Rhs::Residual = rhs { Kept::Gaps } else { Kept::Fully })
+    }
+
+    /// The answer to a unit of the load within an iteration, which corrects what it is off by.
+    pub(super) fn load_response(&mut self) -> Result<Increment, Cause> {
+        self.solve_as(Rhs::Load, Kept::Zeros)
+    }
+
+    fn solve_as(&mut self, rhs: Rhs<'_>, kept: Kept) -> Result<Increment, Cause> {
         let negative = |all: &[f64]| all.mapped(|x| -x);
         let (unknowns, equations) = (self.model.unknowns(), self.equations.len());
-        let (force, jump, kept) = match rhs {
-            Rhs::Residual => (negative(&self.system.residual), self.violation.clone(), Kept::Gaps),
+        let (force, jump) = match rhs {
+            Rhs::Residual => (negative(&self.system.residual), self.violation.clone()),
             Rhs::Load => {
                 let mut slope = Vec::new();
                 self.equations.load_slope(self.load, &mut slope);
-                (negative(&self.system.load_slope), slope, Kept::Zeros)
+                (negative(&self.system.load_slope), slope)
             }
-            Rhs::Force(force) => (force.to_vec(), vec![0.0; equations], Kept::Fully),
-            Rhs::Prescribed(jump) => (vec![0.0; unknowns], jump.to_vec(), Kept::Fully),
-            Rhs::Dual { force, prescribed } => (force.to_vec(), prescribed.to_vec(), Kept::Fully),
+            Rhs::Force(force) => (force.to_vec(), vec![0.0; equations]),
+            Rhs::Prescribed(jump) => (vec![0.0; unknowns], jump.to_vec()),
+            Rhs::Dual { force, prescribed } => (force.to_vec(), prescribed.to_vec()),
         };
         self.check("right-hand side, or what was linearised,", force.len(), unknowns)?;
         self.check("right-hand side of the constraint equations", jump.len(), equations)?;
@@ -118,7 +127,8 @@ impl Equilibrium<'_> {
         Ok(step)
     }
 
-    /// Solves for a reduced right-hand side, and what an iterative solver has left of it.
+    /// Solves for a reduced right-hand side, and what is left of it that an iteration has to take into account. Where none follows sweeps go on:
+    /// what prescribed values ask for is as large as the bulk modulus, the answer as small as the shear modulus.
     ///
     /// # Errors
     /// Where no iteration follows also if sweeps and minimal residuals over the skew part leave more than it would correct.
@@ -136,6 +146,7 @@ impl Equilibrium<'_> {
             return Ok((solution, left));
         }
         let symmetric = self.system.is_symmetric();
+        let enough = if symmetric || fully { REFINED } else { SWEPT };
         let size = norm(rhs);
         let (mut before, mut correction, mut skew) = (f64::INFINITY, Vec::new(), Vec::new());
         for sweep in 0.. {
@@ -152,7 +163,7 @@ impl Equilibrium<'_> {
             ensure!(residual.is_finite(), LinearError::Residual { residual });
             // One sweep removes the rounding of the factors; the skew part needs as many as it takes, each of which leaves no
             // more than half.
-            if residual <= (if symmetric { REFINED } else { SWEPT }) * size || (symmetric && sweep > 0) {
+            if residual <= enough * size || (symmetric && sweep > 0) {
                 // A solution of a regular system leaves next to nothing; what is left of a singular one is of its own size.
                 let singular = symmetric && residual > 1e-3 * size;
                 return if singular {
@@ -166,11 +177,11 @@ impl Equilibrium<'_> {
                     correction.copy_from_slice(rhs);
                     solution.fill(0.0);
                 }
-                let left = self.minimise(correction, &mut solution)?;
+                let left = self.minimise(correction, &mut solution, enough)?;
                 return if fully && !(left <= SWEPT) {
                     Err(LinearError::Residual { residual: left })
                 } else {
-                    Ok((solution, 0.0))
+                    Ok((solution, if left <= SWEPT { 0.0 } else { left }))
                 };
             }
             before = residual;
@@ -184,11 +195,11 @@ impl Equilibrium<'_> {
     /// Adds the minimal residuals of $(1 + K^{-1}N)\\,x = K^{-1}b$ to a solution that leaves `b`, and tells the part of it that they leave:
     /// where the skew part is no longer small compared with the stiffness, as in slender bodies with free ends under following pressure,
     /// sweeps diverge.
-    fn minimise(&mut self, mut b: Vec<f64>, solution: &mut [f64]) -> Result<f64, LinearError> {
+    fn minimise(&mut self, mut b: Vec<f64>, solution: &mut [f64], enough: f64) -> Result<f64, LinearError> {
         let (solver, reduced) = self.reduced();
         solver.solve(&reduced, &mut b, None)?;
         let mut skew = Vec::new();
-        let (found, left) = minimal_residuals(&b, SWEPT, |last, product| {
+        let (found, left) = minimal_residuals(&b, enough, |last, product| {
             self.skew_product(last, &mut skew);
             self.system.over_ranks(&mut skew);
             let (solver, reduced) = self.reduced();

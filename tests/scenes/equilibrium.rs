@@ -354,3 +354,38 @@ fn composed_problems_number_particles_alike() -> Result<(), rkpm::Error> {
     }
     Ok(())
 }
+
+/// What prescribed displacements ask for is as large as the bulk modulus: beside a pressure that follows, whose matrix is not symmetric, a
+/// stiffness by one solution is still that of two runs.
+#[test]
+fn stiffnesses_beside_a_pressure_are_those_of_runs() {
+    let (by, length) = (1e-4, 0.3);
+    let block = |length: f64| {
+        Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber(1e5))
+            .hold(Side::Min)
+            .prescribe(Side::Max, 0, length)
+            .pressure((1, Side::Max), 0.3)
+    };
+    for order in [1, 2] {
+        for multipliers in [false, true] {
+            let mut scheme = Scheme::default().order(order).particles([9, 5]);
+            if multipliers {
+                scheme = scheme.constraint_method(rkpm::scene::ConstraintMethod::Multipliers);
+            }
+            let solved = |length: f64| {
+                let problem = block(length).discretize(&scheme).unwrap();
+                let path = problem.run().unwrap().completed().unwrap();
+                let force = problem.reaction(path.last(), Side::Max).unwrap()[0];
+                (problem, path, force)
+            };
+            let expected = (solved(length + by).2 - solved(length - by).2) / (2.0 * by);
+            let (problem, path, _) = solved(length);
+            let along = &problem.rigid_changes(path.last(), Side::Max, [0.0, 0.0]).unwrap()[0];
+            let mut equilibrium = problem.equilibrium().unwrap();
+            equilibrium.linearize(path.last()).unwrap();
+            let change = equilibrium.solve(Rhs::Prescribed(along)).unwrap();
+            let found = -dot(along, &change.multipliers);
+            assert!(relative_eq!(found.abs(), expected.abs(), max_relative = 1e-5), "{order}: {found} {expected}");
+        }
+    }
+}
