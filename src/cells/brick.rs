@@ -54,6 +54,17 @@ impl<const D: usize> Shape<D> {
         }
     }
 
+    /// Whether its opposite sides are parallel, to rounding.
+    pub(crate) fn is_parallelepiped(&self) -> bool {
+        let Shape::Straight(corners) = self else { return false };
+        let edges: [Point<D>; D] = std::array::from_fn(|i| corners[1 << i] - corners[0]);
+        let rounding = 1e-12 * corners[..1 << D].iter().fold(0.0, |most: f64, x| most.max(x.amax()));
+        (0..1 << D).all(|corner: usize| {
+            let sum: Point<D> = (0..D).filter(|i| corner >> i & 1 == 1).map(|i| edges[i]).sum();
+            (corners[corner] - corners[0] - sum).amax() <= rounding
+        })
+    }
+
     /// The points that it lies between.
     pub(crate) fn nodes(&self) -> &[Point<D>] {
         match self {

@@ -282,8 +282,12 @@ impl<const D: usize> Lattice<D> {
             facet_offsets: Smoothing::<D>::even_offsets(facets, points_per_facet),
             ..Smoothing::empty()
         };
+        // Exact to degree 2, and on curved cells, whose maps have a higher degree, to the hoops of linear fields. Products of coordinates have
+        // a higher one on bricks whose faces are not parallel.
+        let slanting = || (0..self.cell_count()).any(|cell| !self.shape(cell).is_parallelepiped());
+        let inside = gauss_legendre(2 + usize::from(self.is_curved() || (D == 3 && parts == 1 && slanting())))?;
         let runs = map_ranges(zones.offsets.len() - 1, SERIAL_BELOW, |some| {
-            self.zones_cut(&fine, (parts, &first_facet, &facet_counts), zones, some)
+            self.zones_cut(&fine, (parts, &first_facet, &facet_counts), &inside, zones, some)
         });
         for run in runs {
             let (run, before) = (run?, smoothing.cells.len());
@@ -300,11 +304,10 @@ impl<const D: usize> Lattice<D> {
         &self,
         fine: &Lattice<D>,
         (parts, first_facet, facet_counts): (usize, &[usize; D], &[[usize; D]; D]),
+        inside: &(Vec<f64>, Vec<f64>),
         zones: &Zones,
         some: Range<usize>,
     ) -> Result<Smoothing<D>, GeometryError> {
-        // Exact to degree 2, and on curved cells, whose maps have a higher degree, to the hoops of linear fields.
-        let rule = gauss_legendre(2 + usize::from(self.is_curved()))?;
         let mut smoothing = Smoothing::empty();
         for zone in zones.each().skip(some.start).take(some.len()) {
             for &cell in zone {
@@ -325,7 +328,7 @@ impl<const D: usize> Lattice<D> {
                     let shape = fine.shape(ravel(&index, &fine.cell_counts()));
                     smoothing.centres.push(shape.map(&Point::repeat(0.5)).0);
                     // In space averages need no interior points; whole cells have them for gradients that vary in them.
-                    let interior = if D == 3 && parts > 1 { Vec::new() } else { interior_rule(&shape, &rule) };
+                    let interior = if D == 3 && parts > 1 { Vec::new() } else { interior_rule(&shape, inside) };
                     smoothing.interior.push(interior);
                 }
             }

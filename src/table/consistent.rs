@@ -74,8 +74,10 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
                 *known = Some(cell);
                 list.clear();
                 measured.at(centre)?;
+                let mut volume = 0.0;
                 for &(facet, sign) in &smoothing.cells[cell] {
-                    let (nodes, sums, _) = facets.get(facet as usize);
+                    let (nodes, sums, part) = facets.get(facet as usize);
+                    volume += sign * part;
                     let from = smoothing.facet_points[smoothing.facet(facet as usize).start] - centre;
                     list.add([[0.0; Q]; 4], nodes, |a, sum| {
                         for j in 0..D {
@@ -117,10 +119,7 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
                         }
                     });
                 }
-                ensure!(
-                    moments[(0, 0)] > 0.0 && moments[(0, 0)].is_finite(),
-                    GeometryError::InvertedCell { cell, measure: moments[(0, 0)] }
-                );
+                encloses(cell, volume, moments[(0, 0)])?;
                 *inverse = inverted(moments, terms).ok_or_else(|| too_few(centre))?;
             }
             let (at, weight) = &smoothing.interior[cell][point - starts[cell]];
@@ -146,6 +145,13 @@ fn inverted<const Q: usize>(mut moments: SMatrix<f64, Q, Q>, terms: usize) -> Op
     let left = factor.l_dirty().diagonal().min().powi(2);
     let inverse = (left > FLAT).then(|| scale * factor.inverse() * scale)?;
     Some(SMatrix::from_fn(|i, j| if among(i, j) { inverse[(i, j)] } else { 0.0 }))
+}
+
+/// What the facets of a sub-cell enclose is what its points fill, but for the errors of both rules.
+fn encloses(cell: usize, volume: f64, inside: f64) -> Result<(), GeometryError> {
+    let alike = inside > 0.0 && inside.is_finite() && (volume - inside).abs() < 0.5 * inside;
+    let measure = if inside > 0.0 { volume } else { inside };
+    if alike { Ok(()) } else { Err(GeometryError::InvertedCell { cell, measure }) }
 }
 
 fn too_few<const D: usize>(centre: &Point<D>) -> Error {

@@ -247,3 +247,35 @@ fn scattered_particles_gain_as_much() {
         assert!(found < 5e-5 && found < 0.5 * averaged, "{found:e} {averaged:e}");
     }
 }
+
+/// Linear fields on bricks whose faces are not parallel: products of coordinates have a higher degree there.
+#[test]
+fn quadratic_bases_pass_the_patch_test_on_slanting_bricks() {
+    let h = rkpm::nalgebra::Matrix3::new(0.1, 0.05, 0.0, 0.02, -0.08, 0.1, 0.0, 0.05, 0.06);
+    let rubber = || Rubber::neo_hookean(0.5, 5.0 / 3.0).unwrap();
+    let taper = Mapped(|u: &Point<3>| Point::<3>::new(u[0] * (1.0 - 0.4 * u[2]), u[1] * (1.0 - 0.4 * u[2]), u[2]));
+    let scheme = Scheme::default().order(2).particles([5]);
+    let tapered = check::patch_test(taper, Solid, rubber(), &h, &scheme).unwrap();
+    let jittered = scheme.layout(Layout::Jittered { amount: 0.2, seed: 3 });
+    let jittered = check::patch_test(Block::new([0.0; 3], [1.0; 3]), Solid, rubber(), &h, &jittered).unwrap();
+    for test in [tapered, jittered] {
+        assert!(test.error < 1e-9, "{test:?}");
+    }
+}
+
+/// Sub-cells whose facets do not enclose what their points fill are refused: turned inside out, without facets, counted twice.
+#[test]
+fn facets_enclose_the_points() {
+    let lattice = Lattice::new(&Block::new([0.0, 0.0], [1.0, 1.0]), [5, 5], &Layout::Regular).unwrap();
+    let particles = lattice.particles(2.2).unwrap();
+    let kernel = ReproducingKernel::new(particles, CubicSpline, Polynomial::new(2)).unwrap();
+    let cells: &dyn Cells<2> = &lattice;
+    let whole = cells.smoothing(1, 3, &cells.zones(1)).unwrap();
+    ShapeTable::consistent(&kernel, &whole, &PlaneStrain).unwrap();
+    for factor in [-1.0, 0.0, 2.0] {
+        let mut other: Smoothing<2> = whole.clone();
+        other.cells.iter_mut().flatten().for_each(|facet| facet.1 *= factor);
+        let found = ShapeTable::consistent(&kernel, &other, &PlaneStrain);
+        assert!(matches!(found, Err(Error::Geometry(GeometryError::InvertedCell { .. }))), "{factor}");
+    }
+}

@@ -54,8 +54,8 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
             gradients,
             rcond_limit: self.rcond_limit,
         });
-        // The negation also refuses NaN.
-        ensure!(out.rcond >= self.rcond_limit, self.refusal(at, scratch, out, gradients));
+        // A matrix without an inverse has 0, whatever the limit; NaN is refused too.
+        ensure!(out.rcond > 0.0 && out.rcond >= self.rcond_limit, self.refusal(at, scratch, out, gradients));
         out.values.clear();
         out.values.extend_from_slice(&scratch.sums.values[..covering]);
         if gradients {
