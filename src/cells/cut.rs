@@ -31,7 +31,7 @@ use crate::solid::{OPPOSITE, Solid3};
 
 use super::inertia::Inertia;
 use super::zones::{collect, join_by_sides};
-use super::{BoundaryCells, Cells, Connections, Smoothing, TraceChoice, ZoneParticles, Zones};
+use super::{BoundaryCells, Cells, Connections, EDGE, Smoothing, TraceChoice, ZoneParticles, Zones};
 use connected::{Bricks, Connected, Divisions, Whole};
 use faces::Faces;
 use features::Features;
@@ -938,7 +938,11 @@ impl Cells<3> for CutLattice {
     }
 
     fn contains(&self, at: &Vec3) -> bool {
-        self.holds(&self.frame.local(at))
+        self.holds(&self.frame.local(at), 0.2)
+    }
+
+    fn encloses(&self, at: &Vec3) -> bool {
+        self.holds(&self.frame.local(at), EDGE)
     }
 }
 
@@ -948,10 +952,9 @@ impl CutLattice {
         out.facet_areas.push(self.frame.turned(&area));
     }
 
-    /// Whether a place lies in the solid, or within a tenth of a spacing of its surface.
-    fn holds(&self, u: &Vec3) -> bool {
-        const SLACK: f64 = 0.2;
-        let slack = SLACK * self.grid.scale(u);
+    /// Whether a place lies in the solid, or within a part of a brick, of which two are a spacing, of its surface.
+    fn holds(&self, u: &Vec3, slack: f64) -> bool {
+        let slack = slack * self.grid.scale(u);
         if !(0..3).all(|i| u[i] >= 0.0 && u[i] < self.grid.counts[i] as f64 - 1.0) {
             return false;
         }

@@ -99,10 +99,15 @@ impl<const D: usize> Lattice<D> {
 impl<const D: usize> Lattice<D> {
     /// Whether a point lies in the body, up to a tenth of a cell.
     pub(crate) fn contains(&self, at: &Point<D>) -> bool {
+        self.within(at, SLACK)
+    }
+
+    /// The same with a margin in place of a tenth of a cell.
+    pub(crate) fn within(&self, at: &Point<D>, slack: f64) -> bool {
         if !at.iter().all(|x| x.is_finite()) {
             return false;
         }
-        let holds = |cell| self.holds(cell, at);
+        let holds = |cell| self.holds(cell, at, slack);
         self.locator.any(self.cell_count(), at, |cell| self.around(cell), holds)
     }
 
@@ -112,7 +117,7 @@ impl<const D: usize> Lattice<D> {
     }
 
     /// Whether a cell holds a point.
-    fn holds(&self, cell: usize, at: &Point<D>) -> bool {
+    fn holds(&self, cell: usize, at: &Point<D>, slack: f64) -> bool {
         if !self.around(cell).holds(at) {
             return false;
         }
@@ -132,7 +137,7 @@ impl<const D: usize> Lattice<D> {
                 break;
             }
         }
-        local.iter().all(|t| *t >= -SLACK && *t <= 1.0 + SLACK)
+        local.iter().all(|t| *t >= -slack && *t <= 1.0 + slack)
     }
 }
 
@@ -145,7 +150,7 @@ mod tests {
 
     /// The cells that contain a point, found by testing each cell of the lattice.
     fn holders<const D: usize>(lattice: &Lattice<D>, at: &Point<D>) -> usize {
-        (0..lattice.cell_count()).filter(|&cell| lattice.holds(cell, at)).count()
+        (0..lattice.cell_count()).filter(|&cell| lattice.holds(cell, at, SLACK)).count()
     }
 
     #[test]

@@ -233,10 +233,23 @@ pub trait Cells<const D: usize>: Send + Sync {
     /// Whether a point lies in the body, up to a tenth of a cell.
     fn contains(&self, at: &Point<D>) -> bool;
 
+    /// Whether a point lies in the body, up to rounding: of several bodies this one is asked first.
+    fn encloses(&self, at: &Point<D>) -> bool {
+        self.contains(at)
+    }
+
     /// The lattice, where the cells are one: finite elements and equal integration zones need it.
     fn lattice(&self) -> Option<&Lattice<D>> {
         None
     }
+}
+
+/// What rounding leaves of the place of a point in a cell.
+pub(crate) const EDGE: f64 = 1e-9;
+
+/// The body that a point lies in, the first one on an interface; near its surface outside all of them, one that it is nearly in.
+pub(crate) fn member<const D: usize>(bodies: &[&dyn Cells<D>], at: &Point<D>) -> Option<usize> {
+    bodies.iter().position(|cells| cells.encloses(at)).or_else(|| bodies.iter().position(|cells| cells.contains(at)))
 }
 
 impl<const D: usize> Cells<D> for Lattice<D> {
@@ -303,6 +316,10 @@ impl<const D: usize> Cells<D> for Lattice<D> {
 
     fn contains(&self, at: &Point<D>) -> bool {
         self.contains(at)
+    }
+
+    fn encloses(&self, at: &Point<D>) -> bool {
+        self.within(at, EDGE)
     }
 
     fn lattice(&self) -> Option<&Lattice<D>> {

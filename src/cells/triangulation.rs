@@ -12,7 +12,7 @@ use super::mesh::{Mesh, collapse, cross};
 use super::nodal_polygons::dual_polygons;
 use super::polygons::Polygons;
 use super::scatter::{Spacing, factor_for, scatter};
-use super::{BoundaryCells, Cells, Scatter, Smoothing, Zones};
+use super::{BoundaryCells, Cells, EDGE, Scatter, Smoothing, Zones};
 
 /// How far outside its triangle a point may lie, as a part of its height: chords cut arcs.
 const SLACK: f64 = 0.1;
@@ -283,11 +283,21 @@ impl Cells<2> for Triangulation {
     }
 
     fn contains(&self, at: &Vec2) -> bool {
+        self.within(at, SLACK)
+    }
+
+    fn encloses(&self, at: &Vec2) -> bool {
+        self.within(at, EDGE)
+    }
+}
+
+impl Triangulation {
+    fn within(&self, at: &Vec2, slack: f64) -> bool {
         let around = |triangle| Bounds::of(&self.mesh.corners(triangle)).grown(SLACK);
         self.locator.any(self.mesh.triangles.len(), at, around, |triangle| {
             let [a, b, c] = self.mesh.corners(triangle);
-            let slack = -SLACK * cross(a, b, c);
-            [cross(*at, a, b), cross(*at, b, c), cross(*at, c, a)].iter().all(|part| *part >= slack)
+            let least = -slack * cross(a, b, c);
+            [cross(*at, a, b), cross(*at, b, c), cross(*at, c, a)].iter().all(|part| *part >= least)
         })
     }
 }

@@ -16,7 +16,7 @@ use super::brick::{area_vector, multilinear};
 use super::inertia::Inertia;
 use super::locator::Locator;
 use super::zones::{Graph, stars};
-use super::{BoundaryCells, Cells, Smoothing, Zones};
+use super::{BoundaryCells, Cells, EDGE, Smoothing, Zones};
 use bricks::{interior, opposite, side_points};
 use faces::Faces;
 
@@ -362,7 +362,17 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
     }
 
     fn contains(&self, at: &Point<D>) -> bool {
+        self.within(at, inside::SLACK)
+    }
+
+    fn encloses(&self, at: &Point<D>) -> bool {
+        self.within(at, EDGE)
+    }
+}
+
+impl<const D: usize> Unstructured<D> {
+    fn within(&self, at: &Point<D>, slack: f64) -> bool {
         let around = |cell| inside::around(&self.mesh, cell);
-        self.locator.any(self.mesh.cell_count(), at, around, |cell| inside::holds(&self.mesh, cell, at))
+        self.locator.any(self.mesh.cell_count(), at, around, |cell| inside::holds(&self.mesh, cell, at, slack))
     }
 }

@@ -164,6 +164,10 @@ impl Cells<2> for Voronoi {
     fn contains(&self, at: &Vec2) -> bool {
         self.triangles.contains(at)
     }
+
+    fn encloses(&self, at: &Vec2) -> bool {
+        self.triangles.encloses(at)
+    }
 }
 
 /// Triangles between each particle and the sides of its cell.

@@ -429,3 +429,39 @@ fn reactions_of_one_body_by_conditions_on_all() {
     }
     assert!(problem.reaction(&state, Place::from("low").of("three")).is_err());
 }
+
+/// A point belongs to the body that it lies in, not to a coarser one whose margin reaches there: a thin layer slides on a block.
+#[test]
+fn points_near_an_interface_belong_to_the_body_that_they_lie_in() {
+    let scene = Scene::assembly(PlaneStrain)
+        .body("block", Block::new([0.0, 0.0], [20.0, 20.0]), soft())
+        .body("layer", Block::new([0.0, 20.0], [20.0, 21.0]), soft())
+        .scheme_of("block", |scheme| scheme.particles([5, 5]))
+        .scheme_of("layer", |scheme| scheme.particles([21, 5]))
+        .unbonded("block", "layer")
+        .hold(Place::from((1, Side::Min)).of("block"))
+        .with(Condition::on(Place::from((1, Side::Max)).of("layer")).displacement([1.0, 0.0]))
+        .with(Condition::on(Place::from((1, Side::Min)).of("layer")).displacement([1.0, 0.0]));
+    let problem = scene.discretize(&Scheme::default()).unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
+    for y in [20.1, 20.3, 20.49] {
+        let found = problem.displacement(path.last(), &[10.0, y].into()).unwrap();
+        assert_abs_diff_eq!(found[0], 1.0, epsilon = 1e-9);
+        assert_abs_diff_eq!(problem.stress(path.last(), &[10.0, y].into()).unwrap().norm(), 0.0, epsilon = 1e-9);
+    }
+    assert_abs_diff_eq!(problem.displacement(path.last(), &[10.0, 19.9].into()).unwrap()[0], 0.0, epsilon = 1e-9);
+}
+
+/// Bodies that touch along inclined or curved faces do not overlap, however much finer one of them is.
+#[test]
+fn bodies_that_touch_do_not_overlap() {
+    for angle in [0.0f64, 0.52, 2.0] {
+        let (sin, cos) = angle.sin_cos();
+        let turned = move |x: f64, y: f64| Point::<2>::new(cos * x - sin * y, sin * x + cos * y);
+        let plate = Mapped(move |u: &Point<2>| turned(8.0 * u[0], 8.0 * u[1]));
+        let rubber = Mapped(move |u: &Point<2>| turned(8.0 * u[0], 8.0 + u[1]));
+        let scene = Scene::assembly(PlaneStrain).body("rubber", rubber, soft()).body("plate", plate, stiff());
+        let scene = scene.hold(Place::from((1, Side::Min)).of("plate"));
+        scene.discretize(&Scheme::default().particles([5, 5])).unwrap();
+    }
+}

@@ -14,7 +14,7 @@ use super::super::brick::determinant;
 use super::super::lattice::ASKEW;
 use super::super::mesh::parabola;
 use super::super::smoothing::on_facets;
-use super::super::{BoundaryCells, Cells, Connections, Smoothing, Zones};
+use super::super::{BoundaryCells, Cells, Connections, EDGE, Smoothing, Zones};
 use super::subcells::{Facets, Rules};
 use super::{Cell, Refined};
 
@@ -165,5 +165,9 @@ impl Cells<2> for Refined {
 
     fn contains(&self, at: &Vec2) -> bool {
         self.base.contains(at)
+    }
+
+    fn encloses(&self, at: &Vec2) -> bool {
+        self.base.within(at, EDGE)
     }
 }

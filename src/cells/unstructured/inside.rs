@@ -6,7 +6,7 @@ use crate::geometry::{Bounds, Point};
 use crate::mesh::{CellShape, Mesh};
 
 /// How far outside its cell a point may lie, as a part of it: chords cut arcs.
-const SLACK: f64 = 0.1;
+pub(super) const SLACK: f64 = 0.1;
 
 /// The box of a cell and its margin.
 pub(super) fn around<const D: usize>(mesh: &Mesh<D>, cell: usize) -> Bounds<D> {
@@ -14,7 +14,7 @@ pub(super) fn around<const D: usize>(mesh: &Mesh<D>, cell: usize) -> Bounds<D> {
 }
 
 /// Whether a cell holds a point, up to the slack.
-pub(super) fn holds<const D: usize>(mesh: &Mesh<D>, cell: usize, at: &Point<D>) -> bool {
+pub(super) fn holds<const D: usize>(mesh: &Mesh<D>, cell: usize, at: &Point<D>, slack: f64) -> bool {
     let (shape, corners) = mesh.cell(cell);
     let mut x = [Point::<D>::zeros(); 8];
     for (x, &corner) in x.iter_mut().zip(corners) {
@@ -45,7 +45,7 @@ pub(super) fn holds<const D: usize>(mesh: &Mesh<D>, cell: usize, at: &Point<D>) 
         _ => 0,
     };
     let left = 1.0 - local.iter().take(simplex).sum::<f64>();
-    local.iter().all(|t| *t >= -SLACK && *t <= 1.0 + SLACK) && left >= -SLACK
+    local.iter().all(|t| *t >= -slack && *t <= 1.0 + slack) && left >= -slack
 }
 
 /// Position and derivative columns of a cell's map at local coordinates.

@@ -7,6 +7,7 @@ use nalgebra::Matrix3;
 
 use crate::assembly::Model;
 use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation, Unaugmented};
+use crate::cells::member;
 use crate::compiled::compiled;
 use crate::each::{Each, EachOf, IntoEach};
 use crate::error::{Error, Incompatible};
@@ -82,7 +83,7 @@ pub(crate) fn discretize<const D: usize>(
         distribute(scene, &all, (number, &condition.place), &what, &has, &mut conditions)?;
     }
     for (number, load) in scene.loads.iter().enumerate() {
-        let has = |body: usize, at: &Point<D>| all[body].1.contains(at);
+        let has = |body: usize, at: &Point<D>| member(&all.mapped(|(_, cells)| &**cells), at) == Some(body);
         distribute(scene, &all, (number, &load.place), &|| load.label(), &has, &mut loads)?;
     }
     for (name, place) in &scene.rigids {

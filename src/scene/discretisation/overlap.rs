@@ -23,7 +23,7 @@ pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, all: &BodyCells<D>) -> Re
             if first == second || fitted || (0..D).any(apart) {
                 continue;
             }
-            let inside = |x: &&Point<D>| (0..D).all(|i| x[i] > low[i] && x[i] < high[i]) && others.contains(x);
+            let inside = |x: &&Point<D>| (0..D).all(|i| x[i] > low[i] && x[i] < high[i]) && others.encloses(x);
             if let Some(at) = cells.gauss(1)?.positions.iter().find(inside) {
                 let name = |body: usize| scene.bodies[body].name.clone();
                 let at = at.as_slice().to_vec();

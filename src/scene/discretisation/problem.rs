@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
-use crate::cells::{Cells, Lattice};
+use crate::cells::{Cells, Lattice, member};
 use crate::each::Each;
 use crate::error::{ApproximationError, BoundaryError, Error, SolveError};
 use crate::geometry::{Mat3, Point, all_padded};
@@ -120,8 +120,10 @@ impl<const D: usize> Problem<D> {
 
     /// The body that a point lies in, the first one on an interface.
     pub(crate) fn member_at(&self, at: &Point<D>) -> Result<&DiscreteBody<D>, ApproximationError> {
-        let outside = || ApproximationError::Outside { at: at.as_slice().to_vec() };
-        self.discrete_bodies.iter().find(|discrete_body| discrete_body.cells.contains(at)).ok_or_else(outside)
+        let found = member(&self.discrete_bodies.mapped(|body| &*body.cells), at);
+        found
+            .map(|body| &self.discrete_bodies[body])
+            .ok_or_else(|| ApproximationError::Outside { at: at.as_slice().to_vec() })
     }
 
     /// The lattice of particles, where the only body is on one.
@@ -168,7 +170,9 @@ impl<const D: usize> Problem<D> {
         if state.origin.differs(self.model.origin()) { Err(SolveError::OtherParticles) } else { Ok(()) }
     }
 
-    /// Energy stored in a state, of the whole revolution for bodies of revolution.
+    /// Energy stored in a state, of the whole revolution for bodies of revolution. Where a law relaxes or softens it is the potential of a step
+    /// from what is remembered, whose derivatives are the forces: what is stored in the branches of a Prony series is not known from them, and
+    /// the value may be below zero.
     ///
     /// # Errors
     /// [`SolveError::OtherModel`] for a state of another problem.

@@ -82,9 +82,9 @@ impl<'a, const D: usize> StressField<'a, D> {
     /// The first body that holds a point, and its functions there.
     fn seen(&self, at: &Point<D>) -> Result<(&BodyStress<'a>, ShapeFunctions<3>), Error> {
         let x = padded(at);
-        let holds = |own: &&BodyStress<'a>| own.recovery.body.holds(&x);
         let outside = || ApproximationError::Outside { at: at.as_slice().to_vec() };
-        let own = self.bodies.iter().find(holds).ok_or_else(outside)?;
+        let holding = |strictly: bool| self.bodies.iter().find(|own| own.recovery.body.holds(&x, strictly));
+        let own = holding(true).or_else(|| holding(false)).ok_or_else(outside)?;
         Ok((own, own.recovery.body.functions(&x)?))
     }
 

@@ -103,7 +103,7 @@ fn carried(body: &dyn BodyView, other: &dyn BodyView, state: &State) -> Result<V
     let (dim, mut positions) = (body.dim(), Vec::with_capacity(body.nodes().len()));
     for particle in 0..body.nodes().len() {
         let x = body.particle(particle);
-        ensure!(other.holds(&x), ApproximationError::Outside { at: cut(&x, dim) });
+        ensure!(other.holds(&x, false), ApproximationError::Outside { at: cut(&x, dim) });
         positions.push(x);
     }
     let mut wanted = Vec::with_capacity(dim * positions.len());

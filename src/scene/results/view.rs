@@ -73,7 +73,8 @@ pub(crate) trait BodyView: Send + Sync {
 
     fn particle(&self, particle: usize) -> Vec3;
     fn spacings(&self, particle: usize) -> Vec3;
-    fn holds(&self, at: &Vec3) -> bool;
+    /// Up to rounding, or a tenth of a cell.
+    fn holds(&self, at: &Vec3, strictly: bool) -> bool;
     fn drawn(&self) -> Vec<Vec<usize>>;
     fn drawn_surface(&self) -> Option<(Vec<Vec3>, Vec<Vec<usize>>)>;
     /// Points on the whole surface, so many times as dense along each direction as loads have them.
@@ -176,8 +177,8 @@ impl<const D: usize> BodyView for DiscreteBody<D> {
         padded(&self.cells.spacings(particle))
     }
 
-    fn holds(&self, at: &Vec3) -> bool {
-        self.cells.contains(&padded(at))
+    fn holds(&self, at: &Vec3, strictly: bool) -> bool {
+        if strictly { self.cells.encloses(&padded(at)) } else { self.cells.contains(&padded(at)) }
     }
 
     fn drawn(&self) -> Vec<Vec<usize>> {
