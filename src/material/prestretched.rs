@@ -108,6 +108,13 @@ impl<M: Material> Material for Prestretched<M> {
         self.material.settled(&(f * self.before), past) * undone
     }
 
+    /// That of a material that was stretched a moment ago.
+    fn start(&self, memory: &mut [f64]) {
+        self.material.start(memory);
+        let rest = memory.to_vec();
+        self.material.remember(&self.before, Past { memory: &rest, elapsed: 0.0 }, memory);
+    }
+
     fn remember(&self, f: &Mat3, past: Past<'_>, next: &mut [f64]) {
         self.material.remember(&(f * self.before), past, next);
     }

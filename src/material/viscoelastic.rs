@@ -110,6 +110,8 @@ fn checked(name: &str, pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Ve
 /// material is the instantaneous elastic law; in one much longer than all $\tau_i$ the relaxed one. Volume responds elastically. (Simo,
 /// Computer Methods in Applied Mechanics and Engineering 60, 1987.)
 ///
+/// The energy of a step is its potential, $a\\bar W + \\frac12H:(\\bar C - \\mathbf 1)$: the stress is its derivative, what the branches store it does not tell.
+///
 /// Without a clock (see [`Scene::over_time`](crate::scene::Scene::over_time)) nothing relaxes. Materials without a
 /// [`volumetric`](Material::volumetric) part relax as a whole. A law that remembers something itself is driven by its own stress: filled
 /// rubber that softens and relaxes is `Viscoelastic::new(Mullins::new(..)?, ..)`.
@@ -249,8 +251,16 @@ impl<M: Material> Material for Viscoelastic<M> {
         self.own() + self.material.memory()
     }
 
+    /// Nothing, but for a law that is stressed at rest, as one that was stretched before.
     fn start(&self, memory: &mut [f64]) {
-        self.material.start(&mut memory[self.own()..]);
+        let (own, inner) = memory.split_at_mut(self.own());
+        self.material.start(inner);
+        let stressed = self.seen(&Mat3::identity(), Past { memory: inner, elapsed: 0.0 });
+        own[..6].copy_from_slice(stressed.as_slice());
+        for (branch, [part, _]) in own[6..].chunks_exact_mut(6).zip(&self.prony.branches) {
+            branch.copy_from_slice((stressed * *part).as_slice());
+        }
+        own[own.len() - 1] = square(&stressed);
     }
 
     fn settled(&self, f: &Mat3, past: Past<'_>) -> Mat3 {

@@ -77,27 +77,34 @@ impl<const D: usize> Body<D> {
         condensed.get(first..first + self.memory_len()).unwrap_or_default()
     }
 
-    /// Writes the memory of a body that was just built in: what stretches it at rest has acted at once.
     pub(super) fn start_of_memory(&self, condensed: &[f64], memory: &mut [f64]) {
         let Some((time, points)) = memory.split_first_mut() else { return };
         *time = self.time(0.0);
         let each = self.material.memory();
+        points.chunks_exact_mut(self.rest.len()).for_each(|point| point.copy_from_slice(&self.rest));
         let recall = Recall { elapsed: 0.0, points: &self.rest, stride: 0, each, of_volume: self.rest.len() - each };
-        self.remember(recall, |point| self.table.at_rest(point), condensed, points);
+        self.remember_volumes(recall, |point| self.table.at_rest(point), condensed, points);
     }
 
     pub(super) fn update_histories(&self, view: View<'_>, next: &mut [f64]) {
         let (recall, Some((time, points))) = (self.recall(view), next.split_first_mut()) else { return };
         *time = self.time(view.load);
-        self.remember(recall, |point| self.local_gradient(point, view.displacement), view.condensed, points);
+        let gradient = |point| self.local_gradient(point, view.displacement);
+        for (point, next) in points.chunks_exact_mut(self.rest.len()).enumerate() {
+            self.material.remember(&gradient(point), recall.at(point), &mut next[..self.material.memory()]);
+        }
+        self.remember_volumes(recall, gradient, view.condensed, points);
     }
 
-    /// Writes the memory of all points at deformation gradients.
-    fn remember(&self, recall: Recall<'_>, gradient: impl Fn(usize) -> Mat3, condensed: &[f64], next: &mut [f64]) {
+    /// Writes what is remembered of the pointwise part of the volumetric energy, at deformation gradients.
+    fn remember_volumes(
+        &self,
+        recall: Recall<'_>,
+        gradient: impl Fn(usize) -> Mat3,
+        condensed: &[f64],
+        next: &mut [f64],
+    ) {
         let (each, all) = (self.material.memory(), self.rest.len());
-        for (point, next) in next.chunks_exact_mut(all).enumerate() {
-            self.material.remember(&gradient(point), recall.at(point), &mut next[..each]);
-        }
         let (Some(prony), Some(volumetric)) = (self.material.relaxation(), self.material.volumetric()) else { return };
         if all == each {
             return;

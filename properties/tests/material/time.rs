@@ -115,12 +115,15 @@ fn sudden_shear_relaxes_by_its_prony_series() {
 fn what_acts_from_the_start_relaxes_from_the_start() {
     let before = Matrix3::new(1.0, SHEAR, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
     let stretched = Prestretched::new(relaxing(3), before).unwrap();
+    let around = Prestretched::new(elastic(), before).unwrap();
+    let around = Viscoelastic::new(around, Prony::of_instantaneous(pairs(3)).unwrap());
     let held = |y: f64| Amplitude::Table(vec![(0.0, y), (1.0, y)]);
     let prony = Prony::of_instantaneous(pairs(3)).unwrap();
     for (scene, what) in [
         (sheared(relaxing(3), Amplitude::Constant, seconds(2.0)), "constant"),
         (sheared(relaxing(3), held(1.0), seconds(2.0)), "a table"),
         (sheared(stretched, held(0.0), seconds(2.0)), "stretched before"),
+        (sheared(around, held(0.0), seconds(2.0)), "stretched before"),
     ] {
         for stepping in [Stepping::default(), Stepping::equal(2)] {
             let problem = problem(&scene, stepping);
