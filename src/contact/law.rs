@@ -70,7 +70,7 @@ impl ContactLaw {
     }
 
     /// Condensed unknowns of a trace function: its pressure, and with friction its traction.
-    pub(super) fn stride(&self) -> usize {
+    pub(crate) fn stride(&self) -> usize {
         if self.has_friction() { 1 + self.dim } else { 1 }
     }
 

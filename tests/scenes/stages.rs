@@ -277,6 +277,8 @@ fn a_turned_rigid_body_is_led_back() {
 #[test]
 fn stages_that_can_not_be() {
     let refusal = |stages: Stages<2>| stages.run(&scheme()).err().unwrap();
+    let warm = Stages::new("cold", block()).then("warm", |scene| scene.with_expansion(1.01));
+    assert!(matches!(refusal(warm), Error::Incompatible(Incompatible { .. })));
     let error = refusal(fit().then("again", |scene| scene.without("nothing")));
     assert!(matches!(&error, Error::Boundary(BoundaryError::UnknownName { known, .. }) if known.contains("plate")));
     let error = refusal(fit().then("load", |scene| scene));

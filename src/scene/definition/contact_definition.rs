@@ -125,6 +125,15 @@ impl Law {
         }
     }
 
+    /// Condensed unknowns of a trace function, and how many of these there are.
+    pub(crate) fn unknowns(&self) -> (usize, usize) {
+        let law = match self {
+            Law::Rigid(law) => &law.law,
+            Law::Pair(law, _) => &law.law,
+        };
+        (law.stride(), self.surfaces()[0].traces.len())
+    }
+
     /// The node of the unknowns of a surface that is pushed or free to turn.
     pub(crate) fn rigid_dof(&self) -> Option<usize> {
         self.rigid()?.rigid_dof.map(|node| node as usize)

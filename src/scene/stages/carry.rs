@@ -8,7 +8,7 @@ use crate::boundary::{ConstraintEquation, Constraints};
 use crate::each::{Each, add};
 use crate::error::{Error, Incompatible};
 use crate::linear::vector::dot;
-use crate::scene::{Problem, TurnedBack};
+use crate::scene::{DiscreteBody, Problem, TurnedBack};
 use crate::solve::State;
 use crate::term::{Amplitude, Element, Layout, Term, View, parted_mut};
 
@@ -25,16 +25,25 @@ pub(super) fn start<const D: usize>(
 ) -> Result<State, Error> {
     // A path of another history.
     state.check_lengths(before.model(), before.equations())?;
+    expands_as_before(before, problem)?;
     let mut next = problem.at_rest();
     carry_displacement(before, state, problem, &mut next)?;
     for body in 0..problem.discrete_bodies.len() {
         next.condensed[body].clone_from(&state.condensed[body]);
     }
     for contact in &problem.contacts {
-        let same = before.contacts.iter().find(|other| other.name == contact.name).map(|other| other.term);
-        let given = same.map(|term| &state.condensed[term]);
-        if let Some(given) = given.filter(|given| given.len() == next.condensed[contact.term].len()) {
-            next.condensed[contact.term].clone_from(given);
+        let same = before.contacts.iter().find(|other| other.name == contact.name);
+        let Some(other) = same else { continue };
+        let (given, to) = (&state.condensed[other.term], &mut next.condensed[contact.term]);
+        if given.len() == to.len() {
+            to.clone_from(given);
+            continue;
+        }
+        // With friction now and none before, say: pressures and tractions go on, and slips begin anew.
+        let [(now, all), (was, before)] = [contact, other].map(|contact| contact.law.unknowns());
+        for trace in 0..if all == before { all } else { 0 } {
+            let (to, given) = (&mut to[trace * now..][..now], &given[trace * was..][..was]);
+            to.iter_mut().zip(given).for_each(|(to, given)| *to = *given);
         }
     }
     begin_slips(problem, &mut next);
@@ -56,6 +65,18 @@ fn begin_slips<const D: usize>(problem: &Problem<D>, next: &mut State) {
         let view = View { displacement: &next.displacement, condensed: &own, load: next.load };
         term.update(view, parted_mut(term, &mut next.condensed[contact.term]).1);
     }
+}
+
+/// Refuses another free expansion than that of the stage before: it acts in full from the first step on.
+fn expands_as_before<const D: usize>(before: &Problem<D>, problem: &Problem<D>) -> Result<(), Incompatible> {
+    let alike = |(body, other): (&DiscreteBody<D>, &DiscreteBody<D>)| {
+        let (table, other) = (body.body.table(), other.body.table());
+        table.positions() != other.positions() || (0..table.len()).all(|k| table.at_rest(k) == other.at_rest(k))
+    };
+    let remedy = "give it from the first stage on; for a change of temperature in steps solve a run for each";
+    let all = problem.discrete_bodies.iter().zip(&before.discrete_bodies);
+    ensure!(all.into_iter().all(alike), Incompatible::new("another free expansion", "a later stage", remedy));
+    Ok(())
 }
 
 /// The same with the condensed unknowns of terms that were added.

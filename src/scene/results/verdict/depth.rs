@@ -25,6 +25,7 @@ pub(super) fn unresolved<const D: usize>(problem: &Problem<D>, state: &State) ->
         return doubts;
     }
     let Ok(energy) = problem.energy(state) else { return doubts };
+    let energy = if problem.model.is_timed() { elastic(problem, state) } else { energy };
     for contact in &problem.contacts {
         let Some((law, view)) = judged(contact, state) else { continue };
         let Depths { deepest, lacking, at } = depths(law, &view);
@@ -42,6 +43,17 @@ pub(super) fn unresolved<const D: usize>(problem: &Problem<D>, state: &State) ->
         }
     }
     doubts
+}
+
+/// The energy of the elastic laws, where the stored one is not known for what has relaxed.
+fn elastic<const D: usize>(problem: &Problem<D>, state: &State) -> f64 {
+    let mut sum = 0.0;
+    for body in &problem.discrete_bodies {
+        for (point, weight) in body.body.table().weights().iter().enumerate() {
+            sum += weight * body.body.material().energy(&body.body.deformation_gradient(point, &state.displacement));
+        }
+    }
+    sum
 }
 
 /// A contact with a rigid surface and its part of a state; none while the overlap of an interference is not resolved yet.
