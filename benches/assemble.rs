@@ -20,7 +20,7 @@ fn assemble<const D: usize>(
         let problem = scene.discretize(&scheme).expect("a sound scene");
         let (model, state) = (problem.model(), State::at_rest(problem.model(), problem.equations()));
         let d = support::moved(model);
-        group.throughput(Throughput::Elements(problem.body().table().len() as u64));
+        group.throughput(Throughput::Elements(problem.body().table().point_count() as u64));
         group.bench_function(BenchmarkId::from_parameter(model.unknowns()), |b| {
             support::on_threads(threads, || {
                 let mut assembler = model.assembler();

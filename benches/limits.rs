@@ -55,7 +55,7 @@ fn dgemm(matrices: &mut [Mat<f64>; 3]) -> f64 {
 
 /// Full-block operations of one assembly of a body's table.
 fn operations<const D: usize>(table: &ShapeTable<D>) -> f64 {
-    let pairs: usize = (0..table.len()).map(|point| table.nodes(point).len().pow(2)).sum();
+    let pairs: usize = (0..table.point_count()).map(|point| table.nodes(point).len().pow(2)).sum();
     2.0 * (D as f64).powi(3) * pairs as f64
 }
 
@@ -107,7 +107,8 @@ fn assembly<const D: usize>(name: &str, scene: &Scene<D>, scheme: &Scheme) {
     let d = support::moved(model);
     let mut assembler = model.assembler();
     let mut system = System::default();
-    let neighbours = (0..table.len()).map(|p| table.nodes(p).len()).sum::<usize>() as f64 / table.len() as f64;
+    let neighbours =
+        (0..table.point_count()).map(|p| table.nodes(p).len()).sum::<usize>() as f64 / table.point_count() as f64;
     let (share, speed) = share(operations(table), || {
         seconds(|| assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap())
     });

@@ -10,9 +10,9 @@ mod progress;
 #[path = "support/mod.rs"]
 mod support;
 
-use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::scene::Field;
+use support::Summary;
 
 fn bracket(mesh: &Mesh<3>) -> Result<Problem<3>, rkpm::Error> {
     Scene::new(mesh, Solid, Rubber::mooney_rivlin(0.4, 0.1, 500.0)?) // MPa

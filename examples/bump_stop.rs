@@ -8,9 +8,10 @@ mod support;
 use std::error::Error;
 
 use rkpm::output::chart::{Colour, Series};
-use rkpm::output::{Chart, Summary, Table};
+use rkpm::output::{Chart, Table};
 use rkpm::prelude::*;
 use rkpm::scene::ContactPoint;
+use support::Summary;
 
 const BORE: f64 = 6.0;
 const OUTER: f64 = 15.0;

@@ -11,9 +11,9 @@
 #[path = "support/mod.rs"]
 mod support;
 
-use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::scene::Field;
+use support::Summary;
 
 fn main() -> Result<(), rkpm::Error> {
     let out = support::out_dir("bunny");

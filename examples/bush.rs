@@ -16,9 +16,10 @@ mod support;
 
 use std::f64::consts::PI;
 
-use rkpm::output::{Chart, Summary, Table};
+use rkpm::output::{Chart, Table};
 use rkpm::prelude::*;
 use rkpm::scene::Field;
+use support::Summary;
 
 /// Radii of the sleeves \[mm\], the stroke \[mm\], Yeoh's coefficients and the bulk modulus \[MPa\].
 const INNER: f64 = 10.0;

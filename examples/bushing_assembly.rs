@@ -19,8 +19,9 @@ use std::error::Error;
 use std::path::Path as FilePath;
 
 use rkpm::output::chart::{Colour, Marker, Series};
-use rkpm::output::{Cell, Chart, PvdCollection, Summary, Table};
+use rkpm::output::{Cell, Chart, PvdCollection, Table};
 use rkpm::prelude::*;
+use support::Summary;
 
 /// Inner radius, outer radius and half height of the free ring.
 const RING: [f64; 3] = [1.6, 5.2, 3.0];

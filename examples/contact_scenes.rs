@@ -16,8 +16,9 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use drawn_contact::{in_space, in_the_plane, itself_in_the_plane, of_revolution, pair_in_space, pair_in_the_plane};
-use rkpm::output::{Summary, Table};
+use rkpm::output::Table;
 use rkpm::prelude::*;
+use support::Summary;
 
 /// What the command line asks for.
 struct Request {

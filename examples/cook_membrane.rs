@@ -13,9 +13,10 @@ use std::path::Path as FilePath;
 
 use rkpm::nalgebra::{Matrix3, Vector3};
 use rkpm::output::chart::{Colour, Marker, Series};
-use rkpm::output::{Chart, Summary, Table, VtkField, VtkGrid};
+use rkpm::output::{Chart, Table, VtkCell, VtkField, VtkGrid};
 use rkpm::prelude::*;
 use rkpm::solve::State;
+use support::Summary;
 
 const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [48.0, 44.0], [48.0, 60.0], [0.0, 44.0]];
 const SHEAR_MODULUS: f64 = 80.194;
@@ -97,7 +98,7 @@ fn pressures(out: &FilePath) -> Result<f64, Box<dyn Error>> {
 
     // (distance from the clamped corner, weight, pressure of the particles, of the elements) at points.
     let mut points = Vec::new();
-    for zone in 0..table.clusters().len() {
+    for zone in 0..table.clusters().count() {
         let plane = plane(elements.body().table(), zone, &coarse)?;
         for point in table.clusters().points(zone) {
             let at = table.positions()[point];
@@ -121,7 +122,7 @@ fn pressures(out: &FilePath) -> Result<f64, Box<dyn Error>> {
         seen += weight;
     }
 
-    let mut grid = VtkGrid::particles(table.positions());
+    let mut grid = VtkGrid::new(table.positions(), (0..table.point_count()).map(VtkCell::Vertex).collect());
     grid.point_data.push(VtkField::scalars("pressure", pressures));
     grid.write(out.join("pressure.vtu"))?;
     Ok((difference / size).sqrt())

@@ -10,8 +10,9 @@ use std::error::Error;
 use std::path::Path as FilePath;
 
 use rkpm::output::chart::{Colour, Marker, Series};
-use rkpm::output::{Chart, Summary, Table};
+use rkpm::output::{Chart, Table};
 use rkpm::prelude::*;
+use support::Summary;
 
 const SHEAR_MODULUS: f64 = 80.194;
 const BULK_MODULUS: f64 = 4e5;

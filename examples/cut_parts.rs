@@ -15,10 +15,10 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use rkpm::cells::CutLattice;
-use rkpm::check::{inf_sup, patch_test_of, spurious_modes};
+use rkpm::check::{inf_sup, patch_test, spurious_modes};
 use rkpm::nalgebra::{Matrix3, Rotation3, Vector3};
-use rkpm::output::Summary;
 use rkpm::prelude::*;
+use support::Summary;
 
 type Surface = (Vec<Point<3>>, Vec<[u32; 3]>);
 
@@ -199,7 +199,7 @@ fn solids(count: usize, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
             let found: f64 = cells.smoothing(2, 2, &cells.zones(2))?.volumes().iter().sum();
             let scene =
                 |bulk: f64| Ok::<_, rkpm::Error>(Scene::new(Geometry::cells(cells.clone()), Solid, rubber(bulk)?));
-            let patch = patch_test_of(&scene(1e3)?, &gradient, &scheme)?.error;
+            let patch = patch_test(&scene(1e3)?, &gradient, &scheme)?.error;
             let theta = spurious_modes(&scene(5.0 / 3.0)?, &scheme)?.smallest;
             let beta = inf_sup(&scene(1e3)?, &scheme)?.constant;
             // That of slender solids is small whatever the lattice: beside it stands that of a finer one.
@@ -268,7 +268,7 @@ fn refined(count: usize, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
                 let found: f64 = cells.smoothing(2, 2, &cells.zones(2))?.volumes().iter().sum();
                 let scene =
                     |bulk: f64| Ok::<_, rkpm::Error>(Scene::new(Geometry::cells(cells.clone()), Solid, rubber(bulk)?));
-                let patch = patch_test_of(&scene(1e3)?, &gradient, &Scheme::default())?.error;
+                let patch = patch_test(&scene(1e3)?, &gradient, &Scheme::default())?.error;
                 let theta = spurious_modes(&scene(5.0 / 3.0)?, &Scheme::default())?.smallest;
                 Ok([particles, spacing / least, (found / solid.volume() - 1.0).abs(), patch, theta])
             };

@@ -12,8 +12,9 @@ use std::error::Error;
 use std::path::Path as FilePath;
 
 use rkpm::material::{Prony, Viscoelastic};
-use rkpm::output::{Journal, Summary, Table};
+use rkpm::output::{Journal, Table};
 use rkpm::prelude::*;
+use support::Summary;
 
 /// The hash of Fowler, Noll and Vo with 64 bits (FNV-1a).
 struct Hash(u64);

@@ -15,9 +15,10 @@ use std::path::Path as FilePath;
 
 use rkpm::error::SolveError;
 use rkpm::output::chart::{Colour, Marker, Series, Stroke};
-use rkpm::output::{Cell, Chart, PvdCollection, Summary, Table};
+use rkpm::output::{Cell, Chart, PvdCollection, Table};
 use rkpm::prelude::*;
 use rkpm::solve::State;
+use support::Summary;
 
 const RADIUS: f64 = 18.923;
 const THICKNESS: f64 = 0.635;
@@ -78,7 +79,7 @@ impl Inflation {
         let start = State {
             displacement: vec![0.0; rest.model().unknowns()],
             condensed: rest.model().start(),
-            multipliers: vec![0.0; rest.equations().len()],
+            multipliers: vec![0.0; rest.equations().equations().len()],
             ..State::default()
         };
         let mut inflation = Inflation { problem: rest, states: vec![start], iterations: 0 };
@@ -87,7 +88,7 @@ impl Inflation {
             let (model, rows, analysis) = (problem.model(), problem.equations(), problem.analysis());
             let mut start = inflation.last().clone();
             start.load *= PRESSURE / pressure;
-            let path = match analysis.run_from(model, rows, start, &mut ())?.completed() {
+            let path = match analysis.resume(model, rows, start, &mut ())?.completed() {
                 Ok(path) => path,
                 Err(none) => return Ok((inflation, Some(none.error))),
             };

@@ -15,8 +15,9 @@ use std::error::Error;
 use std::f64::consts::PI;
 use std::time::Instant;
 
-use rkpm::output::{Cell, Summary, Table};
+use rkpm::output::{Cell, Table};
 use rkpm::prelude::*;
+use support::Summary;
 
 /// A scene with its particles, whatever its dimension.
 enum Body {
@@ -114,16 +115,16 @@ fn cost<const D: usize>(name: &'static str, scene: &Scene<D>, scheme: &Scheme) -
     seconds.sort_by(f64::total_cmp);
     let (problem, path) = last.expect("the loop ran");
     let table = problem.body().table();
-    let neighbours: Vec<usize> = (0..table.len()).map(|p| table.nodes(p).len()).collect();
+    let neighbours: Vec<usize> = (0..table.point_count()).map(|p| table.nodes(p).len()).collect();
     let total: usize = neighbours.iter().sum();
     let pairs: f64 = neighbours.iter().map(|&n| 0.5 * (n * (n + 1)) as f64).sum();
     Ok(Cost {
         name,
         unknowns: problem.model().unknowns(),
-        points: table.len(),
-        neighbours: total as f64 / table.len() as f64,
+        points: table.point_count(),
+        neighbours: total as f64 / table.point_count() as f64,
         bytes: table.bytes(),
-        least_bytes: total * (8 * table.gradient_components() + 4) + 8 * table.len(),
+        least_bytes: total * (8 * (D + usize::from(!table.hoop_components().is_empty())) + 4) + 8 * table.point_count(),
         least_operations: 2.0 * (D * D * D) as f64 * pairs,
         iterations: path.iterations,
         seconds: seconds[seconds.len() / 2],

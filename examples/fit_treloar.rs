@@ -9,7 +9,7 @@ use std::error::Error;
 
 use rkpm::fit::{Fit, Law, TestData};
 use rkpm::material::Mode;
-use rkpm::output::Summary;
+use support::Summary;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let out = support::out_dir("fit_treloar");

@@ -15,8 +15,9 @@ use std::sync::Arc;
 use rkpm::error::ApproximationError;
 use rkpm::nalgebra::Matrix2;
 use rkpm::output::chart::{Colour, Marker, Series};
-use rkpm::output::{Chart, Summary, Table};
+use rkpm::output::{Chart, Table};
 use rkpm::prelude::*;
+use support::Summary;
 
 /// Nine particles one unit apart with their volumes inside the sum (3.24).
 fn bar(r: f64) -> Result<ReproducingKernel<1, CubicSpline, Polynomial<1>>, rkpm::Error> {

@@ -11,10 +11,11 @@ mod support;
 use std::error::Error;
 use std::path::Path as FilePath;
 
+use rkpm::output::Chart;
 use rkpm::output::chart::{Colour, Marker, Series};
-use rkpm::output::{Chart, Summary};
 use rkpm::prelude::*;
 use rkpm::solve::State;
+use support::Summary;
 
 fn bracket() -> Result<Scene<2>, rkpm::Error> {
     let outline = Outline::at([0.0, 0.0])

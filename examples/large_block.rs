@@ -11,13 +11,15 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use rkpm::output::{Chart, Summary, Table};
+use rkpm::output::{Chart, Table};
 use rkpm::prelude::*;
 use rkpm::scene::SolverChoice;
 use rkpm::solve::Iteration;
+use support::Summary;
 
 #[path = "support/block.rs"]
 mod block;
+mod support;
 
 use block::{flag, peak, scene, scheme};
 
@@ -83,8 +85,7 @@ fn cost(sizes: &str, out: &Path) -> Result<(), Box<dyn Error>> {
     let mut points = Vec::new();
     for size in sizes.split(',') {
         let summary = measure(size.trim().parse()?)?;
-        let row =
-            |name: &str| summary.quantities().iter().find(|row| row.name == name).map_or(f64::NAN, |row| row.value);
+        let row = |name: &str| summary.rows.iter().find(|row| row.name == name).map_or(f64::NAN, |row| row.value);
         points.push([row("particles"), row("seconds")]);
         table.push(["particles", "unknowns", "seconds", "directions_most", "peak_bytes"].map(row))?;
     }

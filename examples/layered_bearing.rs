@@ -13,9 +13,9 @@ mod support;
 use std::error::Error;
 use std::f64::consts::PI;
 
-use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::scene::Field;
+use support::Summary;
 
 /// Radius of the discs, half the width of the strip.
 const RADIUS: f64 = 100.0;

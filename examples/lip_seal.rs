@@ -8,8 +8,9 @@ mod support;
 use std::error::Error;
 
 use rkpm::output::chart::{Colour, Series};
-use rkpm::output::{Chart, Summary, Table};
+use rkpm::output::{Chart, Table};
 use rkpm::prelude::*;
+use support::Summary;
 
 const SHAFT: f64 = 10.0;
 const WAY: f64 = 4.0;

@@ -8,9 +8,10 @@ mod support;
 
 use std::error::Error;
 
-use rkpm::output::{Chart, Summary, Table};
+use rkpm::output::{Chart, Table};
 use rkpm::prelude::*;
 use rkpm::scene::Rule;
+use support::Summary;
 
 const SHEAR_MODULUS: f64 = 80.194;
 

@@ -15,9 +15,9 @@ mod round;
 #[path = "support/mod.rs"]
 mod support;
 
-use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::scene::Field;
+use support::Summary;
 
 /// The error of the force on the round mount with particles some spacing apart, a part of the force, and their number: means of seven spacings.
 fn error_around(spacing: f64) -> Result<[f64; 2], rkpm::Error> {

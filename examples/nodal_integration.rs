@@ -16,10 +16,10 @@ use std::error::Error;
 
 use rkpm::error::ApproximationError;
 use rkpm::nalgebra::{Matrix3, SMatrix};
-use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::solve::State;
 use rkpm::term::{Element, Layout, PointDerivatives, PointState, Sparsity, View};
+use support::Summary;
 
 /// Compressible rubber: volumetric locking is another matter.
 const SHEAR: f64 = 1.0;
@@ -117,7 +117,7 @@ impl<M> Consistent<M> {
                 missing[node as usize] += normal * (weight * value);
             }
         }
-        for point in 0..trial.len() {
+        for point in 0..trial.point_count() {
             let (nodes, gradients, weight) = (trial.nodes(point), trial.gradients(point), trial.weights()[point]);
             for (a, &node) in nodes.iter().enumerate() {
                 missing[node as usize] -= Point::<2>::new(gradients[a], gradients[nodes.len() + a]) * weight;
@@ -135,7 +135,7 @@ impl<M: Material> Term for Consistent<M> {
     }
 
     fn clusters(&self) -> usize {
-        self.trial.len()
+        self.trial.point_count()
     }
 
     fn nodes(&self, cluster: usize) -> &[u32] {
@@ -267,7 +267,7 @@ fn patch_test(rule: Rule) -> Result<f64, rkpm::Error> {
     let region = Region::with_holes(outline, [Outline::circle("hole", [0.5, 0.5], 0.25)])?;
     let body = Body2::new(&region, 150, 1)?;
     let gradient = SMatrix::<f64, 2, 2>::new(0.02, 0.01, -0.005, -0.01);
-    let mut rows = Constraints::new();
+    let mut rows = Constraints::default();
     for component in 0..2 {
         prescribe(&mut rows, &body, &rkpm::geometry::Part::Whole, component, &|x| (gradient * x)[component])?;
     }
@@ -293,7 +293,7 @@ fn cook(rule: Rule, count: usize) -> Result<f64, rkpm::Error> {
     let table = ShapeTable::new(&body.functions, &right, &PlaneStrain)?;
     let force = [0.0, 0.03, 0.0].into();
     model.add(Pointwise::new(table, DeadLoad { force, amplitude: Amplitude::Ramp }));
-    let mut rows = Constraints::new();
+    let mut rows = Constraints::default();
     for component in 0..2 {
         prescribe(&mut rows, &body, &"left".into(), component, &|_| 0.0)?;
     }

@@ -12,9 +12,10 @@ mod support;
 use std::error::Error;
 
 use rkpm::geometry::Part;
+use rkpm::output::Chart;
 use rkpm::output::chart::{Colour, Series};
-use rkpm::output::{Chart, Summary};
 use rkpm::prelude::*;
+use support::Summary;
 
 /// Radius of the cord, width of the groove, squeeze as a part of the cord, pressure of the gas.
 const CORD: f64 = 1.765;

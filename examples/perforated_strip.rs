@@ -11,10 +11,11 @@ mod support;
 use std::error::Error;
 use std::path::Path as FilePath;
 
+use rkpm::output::Chart;
 use rkpm::output::chart::{Colour, Marker, Series};
-use rkpm::output::{Chart, Summary};
 use rkpm::prelude::*;
 use rkpm::solve::State;
+use support::Summary;
 
 /// The quarter: its lower and left sides are lines of symmetry.
 fn strip() -> Result<Scene<2>, rkpm::Error> {

@@ -11,8 +11,9 @@ mod support;
 use std::error::Error;
 
 use rkpm::output::chart::{Colour, Series};
-use rkpm::output::{Chart, Summary, Table};
+use rkpm::output::{Chart, Table};
 use rkpm::prelude::*;
+use support::Summary;
 
 /// Half width, half height, and what each plate moves.
 const PAD: [f64; 3] = [10.0, 10.0, 5.0];

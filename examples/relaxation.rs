@@ -14,8 +14,9 @@ use std::error::Error;
 use std::sync::Arc;
 
 use rkpm::material::{Material, Prony, Viscoelastic};
-use rkpm::output::{Chart, Summary};
+use rkpm::output::Chart;
 use rkpm::prelude::*;
+use support::Summary;
 
 const A10: f64 = 0.4;
 /// Ten thousand shear moduli.

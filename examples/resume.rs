@@ -10,8 +10,7 @@ mod support;
 
 use std::error::Error;
 use std::process::Command;
-
-use rkpm::output::Summary;
+use support::Summary;
 
 const KILLS: usize = 50;
 

@@ -10,9 +10,10 @@ use std::path::Path as FilePath;
 use std::time::Instant;
 
 use rkpm::output::chart::{Colour, Series};
-use rkpm::output::{Chart, Summary, Table};
+use rkpm::output::{Chart, Table};
 use rkpm::prelude::*;
 use rkpm::solve::TangentUpdate;
+use support::Summary;
 
 const RADIUS: f64 = 0.2;
 const CLOSURES: [f64; 5] = [0.02, 0.05, 0.10, 0.15, 0.20];

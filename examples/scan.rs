@@ -10,9 +10,10 @@
 #[path = "support/mod.rs"]
 mod support;
 
-use rkpm::output::{Chart, Summary};
+use rkpm::output::Chart;
 use rkpm::prelude::*;
 use rkpm::scene::Field;
+use support::Summary;
 
 const SIDE: usize = 40;
 const PRESSED: f64 = 0.02;

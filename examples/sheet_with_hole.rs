@@ -10,10 +10,11 @@ mod support;
 
 use std::error::Error;
 
+use rkpm::output::Chart;
 use rkpm::output::chart::{Colour, Series};
-use rkpm::output::{Chart, Summary};
 use rkpm::prelude::*;
 use rkpm::solve::State;
+use support::Summary;
 
 const HALF_WIDTH: f64 = 5.0;
 const RADIUS: f64 = 2.0;

@@ -10,10 +10,11 @@ use std::error::Error;
 use std::path::Path as FilePath;
 
 use rkpm::output::chart::{Colour, Series};
-use rkpm::output::{Cell, Chart, Summary, Table};
+use rkpm::output::{Cell, Chart, Table};
 use rkpm::prelude::*;
 use rkpm::scene::ConstraintMethod;
 use rkpm::solve::State;
+use support::Summary;
 
 /// Engineering shear strain at the full load.
 const SHEAR: f64 = 2.0;

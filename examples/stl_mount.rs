@@ -15,9 +15,9 @@ mod support;
 
 use std::path::Path;
 
-use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::scene::Field;
+use support::Summary;
 
 /// A binary STL file.
 fn write_stl(solid: &Solid3, path: &Path) -> std::io::Result<()> {

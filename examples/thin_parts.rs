@@ -18,10 +18,10 @@ use std::sync::Arc;
 
 use rkpm::cells::Layout;
 use rkpm::geometry::{Mapped, Part};
-use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::scene::Problem;
 use rkpm::solve::DoubtCause;
+use support::Summary;
 
 /// An error of the energy beyond which a part counts as wrong.
 const RIGHT: f64 = 0.05;

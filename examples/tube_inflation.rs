@@ -16,10 +16,11 @@ use std::path::Path as FilePath;
 use std::sync::Arc;
 
 use rkpm::output::chart::{Colour, Series, Stroke};
-use rkpm::output::{Cell, Chart, PvdCollection, Summary, Table, VtkCell, VtkField, VtkGrid};
+use rkpm::output::{Cell, Chart, PvdCollection, Table, VtkCell, VtkField, VtkGrid};
 use rkpm::prelude::*;
 use rkpm::scene::{Dilation, Rule};
 use rkpm::solve::{Deflection, State};
+use support::Summary;
 
 const INNER: f64 = 6.0;
 const OUTER: f64 = 8.0;

@@ -12,9 +12,10 @@ use std::f64::consts::PI;
 use std::path::Path as FilePath;
 
 use rkpm::output::chart::{Colour, Series};
-use rkpm::output::{Chart, Summary, Table};
+use rkpm::output::{Chart, Table};
 use rkpm::prelude::*;
 use rkpm::solve::State;
+use support::Summary;
 
 const HEIGHT: f64 = 4.0;
 const ANGLE: f64 = PI;
@@ -44,7 +45,7 @@ fn torque(problem: &Problem<3>, state: &State) -> Result<f64, rkpm::Error> {
 fn volume_change(problem: &Problem<3>, state: &State) -> Result<f64, rkpm::Error> {
     let gradients = problem.deformation_gradients(state)?;
     let table = problem.body().table();
-    let zones = (0..table.clusters().len()).map(|zone| {
+    let zones = (0..table.clusters().count()).map(|zone| {
         let (mut volume, mut change) = (0.0, 0.0);
         for point in table.clusters().points(zone) {
             volume += table.weights()[point];
@@ -123,7 +124,7 @@ fn picture(out: &FilePath, problem: &Problem<3>, state: &State) -> Result<(), Bo
         let mut facets: Vec<Vec<[f64; 2]>> = Vec::new();
         for axis in 0..3 {
             let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
-            let cells = lattice.cell_counts();
+            let cells = lattice.counts().map(|count| count - 1);
             for (end, i, j) in (0..cells[b]).flat_map(|i| (0..cells[c]).flat_map(move |j| [(0, i, j), (1, i, j)])) {
                 // Around the outer normal of the facet.
                 let around = if end == 1 { [(0, 0), (1, 0), (1, 1), (0, 1)] } else { [(0, 0), (0, 1), (1, 1), (1, 0)] };

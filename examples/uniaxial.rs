@@ -12,8 +12,9 @@ use std::path::Path as FilePath;
 
 use rkpm::nalgebra::{Matrix3, Vector3};
 use rkpm::output::chart::{Colour, Series};
-use rkpm::output::{Cell, Chart, Summary, Table};
+use rkpm::output::{Cell, Chart, Table};
 use rkpm::prelude::*;
+use support::Summary;
 
 const LENGTH: f64 = 1.0;
 const HEIGHT: f64 = 0.25;

@@ -14,12 +14,13 @@ mod support;
 use std::error::Error;
 use std::path::PathBuf;
 
-use rkpm::output::{Chart, Summary, Table};
+use rkpm::output::{Chart, Table};
 use rkpm::prelude::*;
 use rkpm::scene::{Dilation, Rule};
 use rkpm::solve::StepControl;
 use rkpm::study::{Quantity, Reference, Run, Study, WorkPrecision};
 use rkpm::term::PressureField;
+use support::Summary;
 
 /// The name of the first series of every problem.
 const DEFAULT: &str = "default";

@@ -120,11 +120,6 @@ impl<const D: usize> Polynomial<D> {
         Polynomial::new(1)
     }
 
-    /// Up to second order.
-    pub fn quadratic() -> Self {
-        Polynomial::new(2)
-    }
-
     /// The multi-indices $\alpha$.
     pub fn exponents(&self) -> &[[u8; D]] {
         &self.exponents
@@ -219,11 +214,11 @@ mod tests {
 
     #[test]
     fn monomials_by_rising_order() {
-        assert_eq!(Polynomial::<2>::quadratic().exponents(), &[[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]]);
+        assert_eq!(Polynomial::<2>::new(2).exponents(), &[[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]]);
         assert_eq!(Polynomial::<3>::new(3).len(), 20);
         assert_eq!(Polynomial::<1>::new(4).len(), 5);
         let (mut h, mut dh) = ([0.0; 6], [Vec2::zeros(); 6]);
-        Polynomial::<2>::quadratic().fill(&Vec2::new(2.0, 3.0), &mut h, &mut dh);
+        Polynomial::<2>::new(2).fill(&Vec2::new(2.0, 3.0), &mut h, &mut dh);
         assert_eq!(h, [1.0, 2.0, 3.0, 4.0, 6.0, 9.0]);
         assert_eq!(dh[4], Vec2::new(3.0, 2.0));
         assert_eq!(dh[5], Vec2::new(0.0, 6.0));

@@ -85,6 +85,7 @@ pub mod error;
 pub mod geometry;
 mod order;
 mod parallel;
+mod rows;
 mod simd;
 pub mod tensor;
 // Floor 1

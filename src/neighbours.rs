@@ -15,6 +15,7 @@ pub(crate) use visibility::{FACING, MARGIN, Visibility};
 use crate::each::{array_of, point_of};
 use crate::geometry::{Bounds, Point};
 use crate::particles::Particles;
+use crate::rows::Rows;
 
 /// A grid of bins that lists, for each bin, the particles whose support touches it.
 ///
@@ -25,8 +26,8 @@ pub(crate) struct BinGrid<const D: usize> {
     min: Point<D>,
     inverse_width: Point<D>,
     counts: [usize; D],
-    offsets: Vec<u32>,
-    entries: Vec<u32>,
+    /// Particles by bin.
+    lists: Rows,
     /// Finer grids of crowded bins, by rising bin.
     finer: Vec<(u32, BinGrid<D>)>,
 }
@@ -76,35 +77,25 @@ impl<const D: usize> BinGrid<D> {
             counts[widest] /= 2;
         }
         let inverse_width = point_of::<D>(|i| counts[i] as f64 / (max[i] - min[i]));
-        BinGrid { min, inverse_width, counts, offsets: Vec::new(), entries: Vec::new(), finer: Vec::new() }
+        BinGrid { min, inverse_width, counts, lists: Rows::default(), finer: Vec::new() }
     }
 
     /// Lists particles in the bins that their supports touch.
     fn fill(&mut self, particles: &Particles<D>, some: &[u32]) {
-        let total: usize = self.counts.iter().product();
-        let mut offsets = vec![0u32; total + 1];
-        for &particle in some {
-            self.for_each_bin(particles, particle, |bin| offsets[bin + 1] += 1);
-        }
-        for bin in 0..total {
-            offsets[bin + 1] += offsets[bin];
-        }
-        let mut cursor = offsets.clone();
-        let mut entries = vec![0u32; offsets[total] as usize];
-        for &particle in some {
-            self.for_each_bin(particles, particle, |bin| {
-                entries[cursor[bin] as usize] = particle;
-                cursor[bin] += 1;
-            });
-        }
-        (self.offsets, self.entries) = (offsets, entries);
+        let bins = self.counts.iter().product();
+        let lists = Rows::new(bins, &|add| {
+            for &particle in some {
+                self.for_each_bin(particles, particle, |bin| add(bin, particle));
+            }
+        });
+        self.lists = lists;
     }
 
     /// Gives bins that are crowded by small supports grids of their own: beside wide supports, or far from others, the mean
     /// width says nothing of theirs.
     fn refine(&mut self, particles: &Particles<D>) {
-        for bin in 0..self.offsets.len() - 1 {
-            let list = self.list(bin);
+        for bin in 0..self.lists.count() {
+            let list = self.lists.row(bin);
             if list.len() <= CROWD {
                 continue;
             }
@@ -122,16 +113,12 @@ impl<const D: usize> BinGrid<D> {
             }
             grid.fill(particles, list);
             // One that leaves a bin as crowded as this one would be followed by others without end.
-            let longest = (0..grid.offsets.len() - 1).map(|bin| grid.list(bin).len()).max().unwrap_or(0);
+            let longest = (0..grid.lists.count()).map(|bin| grid.lists.row(bin).len()).max().unwrap_or(0);
             if longest < list.len() {
                 grid.refine(particles);
                 self.finer.push((bin as u32, grid));
             }
         }
-    }
-
-    fn list(&self, bin: usize) -> &[u32] {
-        &self.entries[self.offsets[bin] as usize..self.offsets[bin + 1] as usize]
     }
 
     fn bin_of(&self, value: f64, axis: usize) -> usize {
@@ -180,7 +167,7 @@ impl<const D: usize> BinGrid<D> {
         let mut index = first;
         let mut bins = 0;
         loop {
-            let list = self.list((0..D).rev().fold(0, |bin, i| bin * self.counts[i] + index[i]));
+            let list = self.lists.row((0..D).rev().fold(0, |bin, i| bin * self.counts[i] + index[i]));
             let (start, mut end) = (found.len(), found.len());
             found.resize(start + list.len(), 0);
             // No branch that the machine has to guess.
@@ -209,7 +196,7 @@ impl<const D: usize> BinGrid<D> {
         }
         match self.finer.binary_search_by_key(&(bin as u32), |finer| finer.0) {
             Ok(place) => self.finer[place].1.candidates(at),
-            Err(_) => self.list(bin),
+            Err(_) => self.lists.row(bin),
         }
     }
 }
@@ -279,7 +266,7 @@ mod tests {
         positions.push(Vec3::new(1e9, 1e9, 0.5));
         let particles = Particles::new(positions, vec![Support::Ball(0.2); 2001]).unwrap();
         let grid = BinGrid::new(&particles);
-        let size = |grid: &BinGrid<3>| grid.offsets.len() + grid.entries.len();
+        let size = |grid: &BinGrid<3>| grid.lists.starts.len() + grid.lists.entries.len();
         assert!(size(&grid) + grid.finer.iter().map(|finer| size(&finer.1)).sum::<usize>() < 200 * 2001);
         assert_eq!(grid.candidates(&Vec3::new(1e9, 1e9, 0.5)), [2000]);
         // A bin and its particles' supports are 0.5 wide: an eighth of all.

@@ -21,6 +21,13 @@ pub(crate) fn sort<T>(items: &mut [T], compare: &dyn Fn(&T, &T) -> Ordering) {
     }
 }
 
+/// The numbers of three values, the largest first.
+pub(crate) fn falling(values: [f64; 3]) -> [usize; 3] {
+    let mut order = [0, 1, 2];
+    sort(&mut order, &|&a: &usize, &b| values[b].total_cmp(&values[a]));
+    order
+}
+
 /// Numbers of items, those of one key together: groups by rising key, each in the order of the items.
 pub(crate) fn grouped<K: Ord>(keys: &[K]) -> Vec<Vec<usize>> {
     let mut order: Vec<usize> = (0..keys.len()).collect();

@@ -32,7 +32,7 @@ impl<const D: usize> Support<D> {
     }
 
     /// The same support with all lengths multiplied by `factor`.
-    pub fn scaled(&self, factor: f64) -> Self {
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
         match self {
             Support::Ball(radius) => Support::Ball(radius * factor),
             Support::Box(half) => Support::Box(half * factor),

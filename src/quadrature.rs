@@ -153,13 +153,13 @@ impl<const D: usize> Points<D> {
     }
 
     /// Closes the current group.
-    pub fn close_group(&mut self) {
+    pub(crate) fn close_group(&mut self) {
         self.groups.push(self.positions.len());
     }
 
     /// Share `part` of `parts`: a run of the groups, the shares as long as each other but for one. Nothing for a share that does
     /// not exist, and of points beyond the arrays of a set that [`validate`](Points::validate) refuses.
-    pub fn share(&self, part: usize, parts: usize) -> Self {
+    pub(crate) fn share(&self, part: usize, parts: usize) -> Self {
         let groups = self.share_groups(part, parts);
         let points = self.share_range(part, parts);
         let offset = |group: &usize| (*group).clamp(points.start, points.end) - points.start;
@@ -189,7 +189,7 @@ impl<const D: usize> Points<D> {
     }
 
     /// Appends the groups of another set of the same kind.
-    pub fn append(&mut self, other: Points<D>) {
+    pub(crate) fn append(&mut self, other: Points<D>) {
         let shift = self.positions.len();
         if self.groups.is_empty() {
             // A default set, which has not even the start of a first group.
@@ -206,7 +206,7 @@ impl<const D: usize> Points<D> {
     ///
     /// # Errors
     /// [`GeometryError::Count`] and [`Invalid`] in these cases.
-    pub fn validate(&self) -> Result<(), GeometryError> {
+    pub(crate) fn validate(&self) -> Result<(), GeometryError> {
         let n = self.positions.len();
         let lengths_fit = self.weights.len() == n && (self.normals.is_empty() || self.normals.len() == n);
         let groups_fit = self.groups.first() == Some(&0)
@@ -264,5 +264,44 @@ mod tests {
             }
         }
         assert!(gauss_legendre(0).is_err());
+    }
+
+    #[test]
+    fn shares_of_points_hold_each_group_once() {
+        let mut all = Points::<1>::empty();
+        for point in 0..10 {
+            all.positions.push(Point::<1>::new(f64::from(point)));
+            all.weights.push(1.0 + f64::from(point));
+            if point % 3 != 1 {
+                all.close_group();
+            }
+        }
+        for parts in [1, 2, 3, 4, 9, 20] {
+            let mut together = Points::empty();
+            (0..parts).for_each(|part| together.append(all.share(part, parts)));
+            assert_eq!((&together.weights, &together.groups), (&all.weights, &all.groups), "{parts} parts");
+        }
+    }
+
+    #[test]
+    fn shares_that_do_not_exist_are_empty() {
+        let nothing = Points::<2>::default();
+        assert_eq!(nothing.share(0, 1), nothing);
+        assert!(nothing.validate().is_ok());
+        let bare = Points::<2> { groups: Vec::new(), ..Points::empty() };
+        assert!(bare.share(0, 1).positions.is_empty() && bare.share(3, 2).positions.is_empty());
+        let mut points = Points::<2>::empty();
+        for k in 0..6 {
+            points.push(Point::<2>::new(f64::from(k), 1.0), 0.5);
+            points.close_group();
+        }
+        for (part, parts) in [(2, 2), (usize::MAX, 3), (usize::MAX, usize::MAX)] {
+            assert!(points.share(part, parts).positions.is_empty(), "{part} of {parts}");
+        }
+        // Sets that `validate` refuses have what there is of a share.
+        points.weights.truncate(3);
+        points.groups.push(usize::MAX);
+        assert!(points.validate().is_err());
+        let _ = (points.share(0, 1), points.share(1, 2));
     }
 }

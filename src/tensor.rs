@@ -4,7 +4,7 @@
 //! $c = 3i + J$. A [`Tangent`] holds $A_{iJkL} = \partial P_{iJ}/\partial F_{kL}$ at row
 //! $3i + J$, column $3k + L$.
 
-use crate::geometry::Mat3;
+use crate::geometry::{Mat3, Vec3};
 
 use nalgebra::{Matrix3, RealField, SMatrix, SVector};
 
@@ -138,6 +138,14 @@ pub(crate) fn mean(stress: &Mat3) -> f64 {
 /// Von Mises' equivalent of a stress.
 pub(crate) fn von_mises(stress: &Mat3) -> f64 {
     (1.5f64).sqrt() * (stress - Mat3::identity() * mean(stress)).norm()
+}
+
+/// Eigenvalues of the part of a symmetric matrix across a unit vector.
+pub(crate) fn across(matrix: &Mat3, normal: &Vec3) -> nalgebra::Vector2<f64> {
+    let e = if normal.x.abs() < 0.7 { Vec3::x() } else { Vec3::y() }.cross(normal).normalize();
+    let g = normal.cross(&e);
+    let part = |v: &Vec3, w: &Vec3| v.dot(&(matrix * w));
+    nalgebra::Matrix2::new(part(&e, &e), part(&e, &g), part(&g, &e), part(&g, &g)).symmetric_eigenvalues()
 }
 
 #[cfg(test)]

@@ -11,12 +11,15 @@ mod axisymmetric;
 mod beam;
 mod case;
 mod plane;
+#[path = "../support/mod.rs"]
+mod support;
 
 use std::error::Error;
 use std::path::PathBuf;
 
 use case::{Family, Model, Reference, Target, Verdict};
-use rkpm::output::{Cell, Summary, Table};
+use rkpm::output::{Cell, Table};
+use support::Summary;
 
 /// What the command line asks for.
 struct Request {

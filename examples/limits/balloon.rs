@@ -4,7 +4,8 @@ use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::Path as FilePath;
 
-use rkpm::output::{Chart, Summary};
+use crate::support::Summary;
+use rkpm::output::Chart;
 use rkpm::prelude::*;
 use rkpm::solve::{CriticalKind, Observer, State, Step, StepControl};
 

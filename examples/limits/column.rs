@@ -4,8 +4,9 @@ use std::error::Error;
 use std::f64::consts::PI;
 use std::path::Path as FilePath;
 
+use crate::support::Summary;
+use rkpm::output::Chart;
 use rkpm::output::chart::{Colour, Series};
-use rkpm::output::{Chart, Summary};
 use rkpm::prelude::*;
 use rkpm::solve::{CriticalKind, Following};
 

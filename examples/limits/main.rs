@@ -19,8 +19,9 @@ mod rules;
 
 use std::error::Error;
 
-use rkpm::output::{Cell, Summary, Table};
+use rkpm::output::{Cell, Table};
 use rkpm::prelude::*;
+use support::Summary;
 
 /// Where an analysis ended, and why.
 pub struct Stops(Table);

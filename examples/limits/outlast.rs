@@ -9,9 +9,10 @@ use std::f64::consts::PI;
 use std::path::Path as FilePath;
 use std::sync::Arc;
 
+use crate::support::Summary;
 use rkpm::cells::{Cells, Lattice, Triangulation, Voronoi};
 use rkpm::geometry::{Outline, Region};
-use rkpm::output::{Cell, Chart, Summary, Table};
+use rkpm::output::{Cell, Chart, Table};
 use rkpm::prelude::*;
 
 /// Drawn sets of each scene and jitter.

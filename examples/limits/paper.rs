@@ -3,7 +3,8 @@
 use std::error::Error;
 use std::path::Path as FilePath;
 
-use rkpm::output::{Chart, Summary};
+use crate::support::Summary;
+use rkpm::output::Chart;
 use rkpm::prelude::*;
 use rkpm::scene::Rule;
 use rkpm::solve::{CriticalKind, StepControl};

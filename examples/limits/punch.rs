@@ -3,9 +3,10 @@
 use std::error::Error;
 use std::path::Path as FilePath;
 
+use crate::support::Summary;
 use rkpm::nalgebra::Vector3;
 use rkpm::output::chart::{Colour, Series};
-use rkpm::output::{Chart, Summary, Table};
+use rkpm::output::{Chart, Table};
 use rkpm::prelude::*;
 use rkpm::solve::{CriticalKind, State, StepControl};
 use rkpm::term::{PointDerivatives, PointState, Sparsity};
@@ -70,7 +71,7 @@ fn settlements(scheme: &Scheme, n: usize) -> Result<Vec<[f64; 2]>, rkpm::Error> 
             None => problem.at_rest(),
             Some((state, before)) => State { load: before / load, ..state },
         };
-        let path = problem.analysis().run_from(problem.model(), problem.equations(), start, &mut ())?;
+        let path = problem.analysis().resume(problem.model(), problem.equations(), start, &mut ())?;
         if path.ending != Ending::Completed {
             break;
         }

@@ -3,8 +3,9 @@
 use std::error::Error;
 use std::path::Path as FilePath;
 
+use crate::support::Summary;
 use rkpm::check::spurious_modes;
-use rkpm::output::{Chart, Summary};
+use rkpm::output::Chart;
 use rkpm::prelude::*;
 use rkpm::scene::Rule;
 

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::error::Error;
 use std::sync::Arc;
 
+use crate::support::Summary;
 use rkpm::cells::{Cells, Refined};
 use rkpm::geometry::Domain;
-use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::study::{Answer, Budget, Quantity, Tolerance};
 
@@ -51,7 +51,7 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
     let quadratic = sequence(Scheme::default().order(2))?;
     for percent in [0.5, 0.3, 0.2] {
         let requested = Tolerance { error: 1e-2 * percent, quantities: case.requested.clone() };
-        let evenly = case.scene.solve_within_by(&Scheme::default(), &requested, Budget::default())?;
+        let evenly = case.scene.solve_within_by(&[Scheme::default()], &requested, Budget::default(), &mut ())?;
         let locally = case.scene.solve_within_locally(&Scheme::default(), &requested, Budget::default())?;
         println!(
             "answers for {percent} %: evenly {}, locally {}",
@@ -134,23 +134,23 @@ impl std::fmt::Display for Ways {
 /// Errors of all those models: what no marker can do better.
 fn best_of_all(case: &Case<2>, most: usize) -> Result<Ways, Box<dyn Error>> {
     let domain: Arc<dyn Domain<2>> = Arc::new(Quadrilateral { corners: COOK });
-    let mut models: Vec<Refined> = Vec::new();
+    let mut models: Vec<(Refined, bool)> = Vec::new();
     for columns in (2..most).step_by(2) {
         for rows in (2..most).step_by(2).take_while(|rows| (columns + 1) * (rows + 1) <= most) {
-            models.push(Refined::new(domain.clone(), [columns, rows])?);
+            models.push((Refined::new(domain.clone(), [columns, rows])?, false));
         }
     }
     let mut seen = BTreeSet::new();
     let (mut best, mut best_refined) = (f64::INFINITY, f64::INFINITY);
-    while let Some(cells) = models.pop() {
+    while let Some((cells, refined)) = models.pop() {
         let places: Vec<[u64; 2]> = cells.positions().iter().map(|x| [x[0].to_bits(), x[1].to_bits()]).collect();
         if !seen.insert(places) {
             continue;
         }
-        for zone in 0..cells.macro_count() {
-            models.extend(Some(cells.refined(&[zone])?).filter(|finer| finer.positions().len() <= most));
+        for zone in 0..cells.refinable().count() {
+            let finer = cells.refined(&[zone])?;
+            models.extend((finer.positions().len() <= most).then_some((finer, true)));
         }
-        let refined = cells.deepest() > 0;
         let problem = case.scene.with_cells(Arc::new(cells)).discretize(&Scheme::default())?;
         // A model that does not carry the whole load reaches nothing.
         let Ok(path) = problem.run()?.completed() else { continue };
@@ -187,7 +187,7 @@ pub fn drawn(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
                 println!("missed: {name}, {}", described(&locally, &exact));
             }
             if tolerance == DRAWN[2] {
-                let evenly = scene.solve_within_by(&Scheme::default(), &within, Budget::default())?;
+                let evenly = scene.solve_within_by(&[Scheme::default()], &within, Budget::default(), &mut ())?;
                 println!("{name}: locally {}, evenly {}", described(&locally, &exact), described(&evenly, &exact));
                 // Where the budget ended the search more particles would have been needed.
                 particles.push(locally.problem.model().unknowns() as f64 / evenly.problem.model().unknowns() as f64);
@@ -259,7 +259,7 @@ fn reference(
         let zones = cells.zones(2);
         let at_end = |cell: &u32| cells.corners(*cell as usize).iter().any(|&c| ends.contains(&cells.positions()[c]));
         let touches = |zone: &usize| zones.cells[zones.offsets[*zone]..zones.offsets[zone + 1]].iter().any(at_end);
-        let zones: Vec<usize> = (0..cells.macro_count()).filter(touches).collect();
+        let zones: Vec<usize> = (0..cells.refinable().count()).filter(touches).collect();
         cells = cells.refined(&zones)?;
     }
     let problem = scene.with_cells(Arc::new(cells)).discretize(&Scheme::default())?;

@@ -25,9 +25,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use rkpm::output::chart::{Marker, Series, Stroke};
-use rkpm::output::{Cell, Chart, Summary, Table};
+use rkpm::output::{Cell, Chart, Table};
 use rkpm::prelude::*;
 use rkpm::study::{Answer, Budget, Quantity, Tolerance, Verdict};
+use support::Summary;
 
 const TOLERANCES: [f64; 3] = [0.02, 0.01, 0.005];
 /// Cook's membrane [mm].
@@ -126,7 +127,8 @@ fn promises<const D: usize>(case: &Case<D>, first_seed: u64, out: &mut Vec<Promi
         let scheme = Scheme::default().layout(layout);
         for tolerance in TOLERANCES {
             let requested = Tolerance { error: tolerance, quantities: case.requested.clone() };
-            let answer = case.scene.solve_within_by(&scheme, &requested, Budget::default())?;
+            let answer =
+                case.scene.solve_within_by(std::slice::from_ref(&scheme), &requested, Budget::default(), &mut ())?;
             if let Verdict::NotReached(why) = &answer.verdict {
                 println!("not reached: {} {seed:?} {tolerance}: {why}", case.name);
             }
@@ -380,7 +382,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     promises::accidents(&mut summary)?;
     promises::promises(12, &out, &mut summary)?;
     summary.write(out.join("summary.csv"))?;
-    for entry in summary.quantities() {
+    for entry in &summary.rows {
         println!("{:<24} {:.4}", entry.name, entry.value);
     }
     chart(&all, &out)?;

@@ -4,8 +4,9 @@
 
 use std::error::Error;
 
+use crate::support::Summary;
 use rkpm::mesh::{CellShape, Mesh};
-use rkpm::output::{Cell, Summary, Table};
+use rkpm::output::{Cell, Table};
 use rkpm::prelude::*;
 use rkpm::solid::{Select, Shape};
 use rkpm::study::{Budget, Quantity, Tolerance, Verdict};

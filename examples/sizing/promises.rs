@@ -5,7 +5,8 @@ use std::path::Path as FilePath;
 use std::sync::Arc;
 use std::time::Instant;
 
-use rkpm::output::{Cell, Summary, Table};
+use crate::support::Summary;
+use rkpm::output::{Cell, Table};
 use rkpm::prelude::*;
 use rkpm::study::{Answer, Budget, Quantity, Tolerance, Verdict};
 
@@ -640,7 +641,12 @@ pub fn accidents(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
                 let requested = Tolerance::of(quantity.clone(), tolerance);
                 let answer = match &scheme {
                     None => drawn.scene.solve_within(&requested, Budget::default())?,
-                    Some(scheme) => drawn.scene.solve_within_by(scheme, &requested, Budget::default())?,
+                    Some(scheme) => drawn.scene.solve_within_by(
+                        std::slice::from_ref(scheme),
+                        &requested,
+                        Budget::default(),
+                        &mut (),
+                    )?,
                 };
                 let error = (answer.values()[0] / exact[0] - 1.0).abs();
                 println!(

@@ -255,7 +255,7 @@ pub fn pair_in_the_plane(seed: u64) -> Scene<2> {
         .body("upper", Region::new(above).unwrap(), upper)
         .hold("base")
         .with(Condition::on("roof").displacement([aside, -path]))
-        .contact_pair(pair)
+        .with(pair)
 }
 
 /// A block with a round groove in one flank, pressed until the groove may close on itself.
@@ -277,7 +277,7 @@ pub fn itself_in_the_plane(seed: u64) -> Scene<2> {
         .hold("base")
         .prescribe("roof", 1, -down)
         .prescribe("roof", 0, 0.0)
-        .contact_pair(pair.friction(friction))
+        .with(pair.friction(friction))
 }
 
 /// Two blocks in space, the upper one beside the middle of the lower one, turned by nothing, moved down and aside.
@@ -298,5 +298,5 @@ pub fn pair_in_space(seed: u64) -> Scene<3> {
         .body("upper", Block::new([from[0], from[1], z], [to[0], to[1], z + 0.5]), upper)
         .hold(face(Side::Min, "lower"))
         .with(Condition::on(face(Side::Max, "upper")).displacement([aside[0], aside[1], -path]))
-        .contact_pair(pair)
+        .with(pair)
 }

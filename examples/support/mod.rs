@@ -1,6 +1,8 @@
 //! What all examples share: where results go, reading of reference tables, pictures of bodies.
 #![allow(dead_code)] // No example needs all of it.
 
+mod summary;
+
 use std::path::PathBuf;
 
 use rkpm::Error;
@@ -9,6 +11,8 @@ use rkpm::geometry::Point;
 use rkpm::output::Chart;
 use rkpm::scene::Problem;
 use rkpm::solve::{EquilibriumPath, State};
+
+pub use summary::Summary;
 
 /// The directory of the results of example `name`: `target/rkpm/NAME`, or what `--out DIR` says.
 ///

@@ -55,7 +55,7 @@ fn run(session: &Session) -> Result<(), Box<dyn std::error::Error>> {
     let peak = 1e-9 * peak();
     let phases = [tables, pattern, assembly, whole];
     let mut largest = [1e-9 * after_tables, peak, entries];
-    let mut sums = [peak, entries, problem.body().table().len() as f64];
+    let mut sums = [peak, entries, problem.body().table().point_count() as f64];
     let (mut wall, mut processor) = (phases.map(|[wall, _]| wall), phases.map(|[_, processor]| processor));
     for values in [&mut largest[..], &mut wall, &mut processor] {
         session.largest(values);

@@ -56,7 +56,7 @@ pub(crate) fn composed(pieces: &[Piece], own: &LocalOwnership) -> Result<Equilib
         State { condensed: condensed.collect(), ..whole[number].clone() }
     });
     let mut next = || composed.next().unwrap_or_default();
-    let mut path = EquilibriumPath::new(next());
+    let mut path = EquilibriumPath::from(next());
     for step in &first.path.steps[..steps] {
         let mut step = Step { state: next(), ..step.clone() };
         step.critical.iter_mut().for_each(|point| point.state = next());

@@ -88,7 +88,7 @@ fn started(session: &Session, way: &str, folder: &Path) -> Outcome<()> {
     let (mut journal, so_far) = if matches!(way, "resumed" | "other") {
         Journals::reopen(session, &file, &problem)?
     } else {
-        (Journals::create(session, &file, &problem)?, EquilibriumPath::new(problem.at_rest()))
+        (Journals::create(session, &file, &problem)?, EquilibriumPath::from(problem.at_rest()))
     };
     if way == "fails" && session.rank() + 1 == RANKS {
         return Err("this rank has no license".into());

@@ -86,7 +86,7 @@ fn agrees<const D: usize>(session: &Session, scene: &Scene<D>, scheme: &Scheme, 
     ensure(expected.iterations == found.iterations && steps == other, "iterations or steps differ")?;
     if session.count() > 1 {
         // No rank holds all zones.
-        let (all, own) = (alone.body().table().len() as f64, shared.body().table().len() as f64);
+        let (all, own) = (alone.body().table().point_count() as f64, shared.body().table().point_count() as f64);
         ensure(own <= all * 1.5 / session.count() as f64, format!("a rank holds {own} of {all} points"))?;
         let mut total = [own];
         session.sum(&mut total);
@@ -203,7 +203,7 @@ fn touching(session: &Session) -> Outcome {
         .body("lower", Block::new([0.0, 0.0], [2.0, 1.0]), rubber(1e2)?)
         .body("upper", Block::new([0.3, 1.0], [1.5, 1.5]), rubber(1e2)?)
         .hold(Place::on((1, Side::Min)).of("lower"))
-        .contact_pair(
+        .with(
             ContactPair::between(Place::on((1, Side::Max)).of("lower"), Place::on((1, Side::Min)).of("upper"), "joint")
                 .friction(0.5),
         )

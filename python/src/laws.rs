@@ -341,7 +341,7 @@ fn tests(given: &Bound<'_, PyAny>) -> PyResult<TestData> {
     let Ok(given) = given.cast::<PyDict>() else {
         return Err(mistyped("fit: give tests as {mode: (stretches, nominal stresses)}, CSV text or a file"));
     };
-    let mut data = TestData::new();
+    let mut data = TestData::default();
     for (name, pair) in given.iter() {
         let (stretches, stresses): (Vec<f64>, Vec<f64>) = pair.extract()?;
         if stretches.len() != stresses.len() {

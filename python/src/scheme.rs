@@ -113,7 +113,7 @@ pub(crate) fn sized<const D: usize>(
     // Bodies that are no lattice, and bars, have one scheme to choose from.
     let both = [elements(scheme), scheme.clone()];
     let schemes = if any && D > 1 { &both[..] } else { &both[1..] };
-    let answer = scene.solve_within_observed(schemes, tolerance, Budget::default(), watch)?;
+    let answer = scene.solve_within_by(schemes, tolerance, Budget::default(), watch)?;
     let why = match &answer.verdict {
         Verdict::Reached => None,
         Verdict::NotReached(why) => Some(why.clone()),

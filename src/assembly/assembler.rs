@@ -109,21 +109,6 @@ impl Assembler {
         Ok(())
     }
 
-    /// Assembles residual and load slope alone, as [`assemble`](Assembler::assemble): the matrix of `system` is left as it is.
-    ///
-    /// # Errors
-    /// As [`assemble`](Assembler::assemble).
-    pub fn assemble_forces<'a>(
-        &mut self,
-        model: &Model,
-        state: impl Into<StateRef<'a>>,
-        system: &mut System,
-    ) -> Result<(), SolveError> {
-        let at = self.check(model, state.into())?;
-        self.forces_own(model, at, system);
-        Ok(())
-    }
-
     /// As [`assemble`](Assembler::assemble), for a model and a state that are known to fit.
     pub(crate) fn assemble_own(&mut self, model: &Model, at: StateRef<'_>, system: &mut System) {
         clear(&mut system.values, self.entries);
@@ -133,7 +118,7 @@ impl Assembler {
         self.sum(model, at, true, system);
     }
 
-    /// As [`assemble_forces`](Assembler::assemble_forces), for a model and a state that are known to fit.
+    /// Residual and load slope alone: the matrix of `system` is left as it is.
     pub(crate) fn forces_own(&mut self, model: &Model, at: StateRef<'_>, system: &mut System) {
         self.sum(model, at, false, system);
     }

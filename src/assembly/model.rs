@@ -59,7 +59,7 @@ impl Model {
     }
 
     /// Says that the terms hold one rank's share of the clusters: all sums go over the ranks from here on.
-    pub fn share(&mut self, ranks: Arc<dyn Ranks>) -> &mut Self {
+    pub(crate) fn share(&mut self, ranks: Arc<dyn Ranks>) -> &mut Self {
         self.ranks = (ranks.count() > 1).then_some(ranks);
         self
     }
@@ -149,7 +149,7 @@ impl Model {
     }
 
     /// Displacement components of a node.
-    pub fn dim(&self) -> usize {
+    pub(crate) fn dim(&self) -> usize {
         self.dim
     }
 
@@ -159,7 +159,7 @@ impl Model {
     }
 
     /// The reference position of a node, as many coordinates as the model has dimensions \[length\].
-    pub fn coordinates(&self, node: usize) -> &[f64] {
+    pub(crate) fn coordinates(&self, node: usize) -> &[f64] {
         &self.coordinates[node * self.dim..(node + 1) * self.dim]
     }
 
@@ -241,7 +241,7 @@ impl Model {
     }
 
     /// Whether the memory of a term fades with time: steps of the load are steps of time.
-    pub fn is_timed(&self) -> bool {
+    pub(crate) fn is_timed(&self) -> bool {
         self.terms.iter().any(|term| term.layout().timed)
     }
 

@@ -26,11 +26,6 @@ pub struct Constraints {
 }
 
 impl Constraints {
-    /// No constraint equations.
-    pub fn new() -> Self {
-        Constraints::default()
-    }
-
     /// The constraint equations, in the order in which they were added.
     pub fn equations(&self) -> &[ConstraintEquation] {
         &self.equations
@@ -136,16 +131,6 @@ impl Constraints {
         }
     }
 
-    /// Number of constraint equations.
-    pub fn len(&self) -> usize {
-        self.equations.len()
-    }
-
-    /// Whether there is no constraint equation.
-    pub fn is_empty(&self) -> bool {
-        self.equations.is_empty()
-    }
-
     /// Adds a constraint equation unchanged.
     ///
     /// # Errors
@@ -180,7 +165,7 @@ impl Constraints {
     }
 
     /// Writes $g\\,a'(\lambda)$, one entry per constraint equation.
-    pub fn load_slope(&self, load: f64, slope: &mut Vec<f64>) {
+    pub(crate) fn load_slope(&self, load: f64, slope: &mut Vec<f64>) {
         slope.clear();
         slope.extend(self.equations.iter().map(|equation| equation.target * equation.amplitude.evaluate(load).1));
     }

@@ -20,7 +20,7 @@ use super::enforced::Enforced;
 /// struct Penalty(f64);
 /// impl Enforcement for Penalty {
 ///     fn bind(&self, _: &Pattern, equations: &Constraints) -> Result<Enforced, BoundaryError> {
-///         Ok(Enforced { penalty: vec![self.0; equations.len()], ..Enforced::default() })
+///         Ok(Enforced { penalty: vec![self.0; equations.equations().len()], ..Enforced::default() })
 ///     }
 /// }
 /// let pulled = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e2)?)
@@ -81,7 +81,7 @@ pub(crate) struct Unaugmented;
 
 impl Enforcement for LagrangeMultipliers {
     fn bind(&self, pattern: &Pattern, equations: &Constraints) -> Result<Enforced, BoundaryError> {
-        Ok(Enforced { penalty: vec![1.0; equations.len()], ..Unaugmented.bind(pattern, equations)? })
+        Ok(Enforced { penalty: vec![1.0; equations.equations().len()], ..Unaugmented.bind(pattern, equations)? })
     }
 }
 

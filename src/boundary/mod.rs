@@ -25,5 +25,4 @@ pub(crate) use over_boundary::{FacetFunctions, Order, Sums, facet_order, roundin
 pub(crate) use ownership::Claims;
 pub(crate) use prescribed_directions::is_redundant;
 pub use reduction::Reduction;
-pub use row_values::Motion;
 pub(crate) use row_values::{Prescription, moved, scaled};

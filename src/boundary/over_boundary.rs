@@ -15,7 +15,7 @@ use crate::term::Amplitude;
 use super::constraints::{Constraints, OVER_BOUNDARY};
 use super::equation::ConstraintEquation;
 use super::prescribed_directions::{PrescribedDirection, is_redundant};
-use super::row_values::{Motion, Prescription, Value, moved, scaled};
+use super::row_values::{Prescription, scaled};
 
 impl Constraints {
     /// Conditions $\int\Theta_J(u_i - g\\,a(\lambda))\\,\mathrm d\Gamma = 0$ over a boundary part with its linear
@@ -38,34 +38,7 @@ impl Constraints {
         amplitude: &Amplitude,
         label: &str,
     ) -> Result<(), Error> {
-        self.over((approximation, boundary, kinematics), component, scaled(target, amplitude), label)
-    }
-
-    /// Conditions $\int\Theta_J(u_i - g(X, \lambda))\\,\mathrm d\Gamma = 0$: as
-    /// [`over_boundary`](Constraints::over_boundary) for values that do not grow in proportion.
-    ///
-    /// # Errors
-    /// As [`over_boundary`](Constraints::over_boundary).
-    pub fn motion_over_boundary<const D: usize>(
-        &mut self,
-        approximation: &dyn Approximation<D>,
-        boundary: &BoundaryCells<D>,
-        kinematics: &dyn Kinematics<D>,
-        component: usize,
-        motion: &Motion<D>,
-        label: &str,
-    ) -> Result<(), Error> {
-        self.over((approximation, boundary, kinematics), component, moved(motion.clone()), label)
-    }
-
-    fn over<const D: usize>(
-        &mut self,
-        (approximation, boundary, kinematics): (&dyn Approximation<D>, &BoundaryCells<D>, &dyn Kinematics<D>),
-        component: usize,
-        value: Value<'_>,
-        label: &str,
-    ) -> Result<(), Error> {
-        let prescription = Prescription::of(D, component, value, label)?;
+        let prescription = Prescription::of(D, component, scaled(target, amplitude), label)?;
         let functions = FacetFunctions::new((approximation, 0, 1.0), Arc::new(boundary.padded()), kinematics)?;
         self.integrate(&all_padded(approximation.nodes()), (&functions, &mut None), &prescription, None)
     }

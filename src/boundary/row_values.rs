@@ -9,9 +9,6 @@ use crate::term::Amplitude;
 use super::equation::check_component;
 use super::prescribed_directions::PrescribedDirection;
 
-/// A displacement component as a function of $X$ and the load factor.
-pub type Motion<const D: usize> = Arc<dyn Fn(&Point<D>, f64) -> f64 + Send + Sync>;
-
 /// The unit vector at a point with the outward normal of the boundary there (zero where there is none).
 type Along<'a> = Box<dyn Fn(&Vec3, &Vec3) -> Result<Vec3, BoundaryError> + 'a>;
 
@@ -57,7 +54,8 @@ pub(crate) fn scaled<'a, const D: usize>(
 }
 
 /// $\sum w\\,g(X, \lambda)$, all of it in the amplitude.
-pub(crate) fn moved<'a, const D: usize>(motion: Motion<D>) -> Value<'a> {
+pub(crate) fn moved<'a, const D: usize>(motion: impl Fn(&Point<D>, f64) -> f64 + Send + Sync + 'static) -> Value<'a> {
+    let motion = Arc::new(motion);
     Box::new(move |points| {
         let motion = motion.clone();
         let sum = move |load: f64| points.iter().map(|(x, w)| w * motion(&padded(x), load)).sum();

@@ -113,10 +113,10 @@ impl<const D: usize> BoundaryCells<D> {
         kept
     }
 
-    /// Refuses arrays that do not fit together, and trace functions of particles beyond `particles`.
+    /// Refuses arrays that do not fit together, numbers that are not finite, and trace functions of particles beyond `particles`.
     ///
     /// # Errors
-    /// As [`Points::validate`], and [`GeometryError::Count`] for the trace functions.
+    /// [`GeometryError::Count`] and [`Invalid`](crate::error::Invalid) in these cases.
     pub fn validate(&self, particles: usize) -> Result<(), GeometryError> {
         self.points.validate()?;
         let wrong = |what, count, needed| Err(GeometryError::Count { what, count, needed });

@@ -104,6 +104,28 @@ pub(crate) fn determinant<const D: usize>(columns: &[Point<D>; D]) -> f64 {
     }
 }
 
+/// Where a map takes to a point, by Newton's method and Cramer's rule; one step does for maps that are linear, a few for others.
+pub(super) fn inverse<const D: usize>(
+    at: &Point<D>,
+    mut local: Point<D>,
+    map: &dyn Fn(&Point<D>) -> (Point<D>, [Point<D>; D]),
+) -> Point<D> {
+    for _ in 0..20 {
+        let (x, columns) = map(&local);
+        let total = determinant(&columns);
+        let step = point_of::<D>(|i| {
+            let mut replaced = columns;
+            replaced[i] = at - x;
+            determinant(&replaced) / total
+        });
+        local += step;
+        if step.norm() < 1e-12 {
+            break;
+        }
+    }
+    local
+}
+
 /// $n\\,\mathrm dA$ of the facet normal to lattice axis `axis`: the cofactor column of the map.
 pub(crate) fn area_vector<const D: usize>(axis: usize, columns: &[Point<D>; D]) -> Point<D> {
     point_of(|i| {

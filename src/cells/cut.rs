@@ -27,6 +27,7 @@ use crate::geometry::{Mat3, Part, Vec3};
 use crate::order;
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_halves, check_point_count};
+use crate::rows::Rows;
 use crate::solid::{OPPOSITE, Solid3};
 
 use super::inertia::Inertia;
@@ -41,7 +42,8 @@ use parts::{NONE, Parts, each_triangle};
 use placing::{Placed, Placing};
 use rules::Rules;
 use sections::Sections;
-use split::{ByBrick, Patch, Split};
+use split::{Patch, Split, by_brick};
+
 use traces::{OnPiece, Place, Site, Spread, assign};
 use tree::Wanted;
 use zoning::{FEWEST, Inner};
@@ -87,7 +89,7 @@ pub struct CutLattice {
     frame: Frame,
     grid: Grid,
     split: Split,
-    by_brick: ByBrick,
+    by_brick: Rows,
     sections: Sections,
     /// Sub-cells: parts of bricks of half a spacing, small ones joined to their neighbours.
     parts: Parts,
@@ -221,7 +223,7 @@ impl CutLattice {
         }
         let corners: Vec<Vec3> = vertices.mapped(|x| frame.local(x));
         let split = Split::new(&corners, facets);
-        let by_brick = ByBrick::new(&split, grid.len(), |place| grid.brick(place));
+        let by_brick = by_brick(&split, grid.len(), |place| grid.brick(place));
         let sections = Sections::new(&split, grid.clone());
         let mut parts = Parts::new(&split, &by_brick, &sections).in_leaves(&sections).joined(&sections);
         let (cell_of, count) = parts.connected(|brick| grid.block(brick, STEP as usize));
@@ -279,11 +281,11 @@ impl CutLattice {
     fn thinnest(&self) -> Option<(f64, f64, Vec3)> {
         let normal = |patch: u32| self.features.normals[self.split.patches[patch as usize].facet as usize];
         let area = |patch: u32| {
-            let [a, b, c] = self.patch(patch);
+            let [a, b, c] = self.split.corners(patch);
             parts::cross(&(b - a), &(c - a)).norm()
         };
         let placing = self.placing();
-        let in_brick = |brick: usize| self.by_brick.patches(brick).iter().map(move |&patch| (brick as u32, patch));
+        let in_brick = |brick: usize| self.by_brick.row(brick).iter().map(move |&patch| (brick as u32, patch));
         let mut by_leaf: Vec<(u32, u32)> = (0..self.grid.len()).flat_map(in_brick).collect();
         by_leaf.iter_mut().for_each(|own| own.0 = self.grid.leaf_of(own.0));
         order::sort(&mut by_leaf, &|a, b| a.0.cmp(&b.0));
@@ -291,11 +293,11 @@ impl CutLattice {
         for own in by_leaf.chunk_by(|a, b| a.0 == b.0) {
             let largest = own.iter().map(|own| own.1).max_by(|a, b| area(*a).total_cmp(&area(*b)).then(b.cmp(a)));
             let Some(patch) = largest else { continue };
-            let (from, inward) = (self.patch(patch).iter().sum::<Vec3>() / 3.0, -normal(patch));
+            let (from, inward) = (self.split.corners(patch).iter().sum::<Vec3>() / 3.0, -normal(patch));
             let size = f64::from(self.half_spacing(own[0].0));
             let to = from + inward * size;
             for other in placing.near(&from, size).filter(|other| normal(*other).dot(&inward) > OPPOSITE) {
-                let corners = self.patch(other);
+                let corners = self.split.corners(other);
                 let thickness = (corners[0] - from).dot(&normal(other)) / inward.dot(&normal(other)) / size;
                 if thickness > 0.0
                     && thickness < thinnest.map_or(1.0, |known| known.0)
@@ -338,16 +340,11 @@ impl CutLattice {
     /// Points of a run of patches with $n\,\mathrm dA$; each triangle in so many parts along its edges.
     fn on_run(&self, rules: &Rules, run: &[u32], finer: usize, mut with: impl FnMut(Vec3, Vec3)) {
         match finer {
-            1 => rules.on_piece(run.iter().map(|&patch| self.patch(patch)), with),
+            1 => rules.on_piece(run.iter().map(|&patch| self.split.corners(patch)), with),
             _ => run.iter().for_each(|&patch| {
-                pieces_of(&self.patch(patch), finer, |corners| rules.on_triangle(&corners, &mut with));
+                pieces_of(&self.split.corners(patch), finer, |corners| rules.on_triangle(&corners, &mut with));
             }),
         }
-    }
-
-    /// Corners of a patch.
-    fn patch(&self, patch: u32) -> [Vec3; 3] {
-        self.split.patches[patch as usize].corners.each(|corner| self.split.points[corner as usize])
     }
 
     /// Bricks per side of a spacing that a sub-cell has; refuses other numbers of sub-cells.
@@ -409,7 +406,7 @@ impl CutLattice {
                 with(base.each(|corner| self.sections.point(&self.split, corner)));
             });
         }
-        part.patches.iter().for_each(|&patch| with(self.patch(patch)));
+        part.patches.iter().for_each(|&patch| with(self.split.corners(patch)));
     }
 
     /// Points inside a sub-cell with their weights, in coordinates of the lattice.
@@ -959,7 +956,7 @@ impl CutLattice {
             return false;
         }
         let placing = self.placing();
-        if placing.near(u, slack).any(|patch| (placing::nearest(u, &self.patch(patch)) - u).norm() <= slack) {
+        if placing.near(u, slack).any(|patch| (placing::nearest(u, &self.split.corners(patch)) - u).norm() <= slack) {
             return true;
         }
         let place: [i32; 3] = array_of(|i| u[i].floor() as i32);
@@ -967,8 +964,8 @@ impl CutLattice {
         let votes = (0..8).map(|k| {
             let node: [i32; 3] = array_of(|i| place[i] + ((k >> i) & 1));
             let end = Vec3::from(node.each(f64::from));
-            let patches = self.by_brick.patches(self.grid.brick(place)).iter();
-            let crossed = patches.filter(|&&patch| crosses(u, &end, &self.patch(patch))).count();
+            let patches = self.by_brick.row(self.grid.brick(place)).iter();
+            let crossed = patches.filter(|&&patch| crosses(u, &end, &self.split.corners(patch))).count();
             self.sections.is_inside(self.grid.node(node)) != (crossed % 2 == 1)
         });
         votes.filter(|inside| *inside).count() > 4

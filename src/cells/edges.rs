@@ -43,7 +43,7 @@ fn with_traces(
     curved: bool,
 ) -> Result<BoundaryCells<2>, GeometryError> {
     check_parts(parts)?;
-    let (abscissae, weights) = gauss_legendre(on_facets(gauss, mesh.is_curved()))?;
+    let rule = gauss_legendre(on_facets(gauss, mesh.is_curved()))?;
     let mut cells = BoundaryCells::empty();
     let at = |k: usize| mesh.positions[piece.particles[k] as usize];
     let normals = Normals::of(mesh, piece);
@@ -51,23 +51,39 @@ fn with_traces(
         let (from, to) = (at(chord), at(chord + 1));
         let bulge = mesh.bulge(piece.particles[chord], piece.particles[chord + 1]);
         let window = if curved { normals.window(chord) } else { Vec::new() };
-        for part in 0..parts {
-            for (t, w) in abscissae.iter().zip(&weights) {
-                let t = (part as f64 + t) / parts as f64;
-                let (position, along) = parabola(&from, &to, &bulge, t);
-                let length = along.norm();
-                let normal = Vec2::new(along[1], -along[0]) / length;
-                let traces = if window.len() >= 3 {
-                    normals.traces(piece, &window, chord, t, &normal)
-                } else {
-                    vec![(piece.particles[chord], 1.0 - t), (piece.particles[chord + 1], t)]
-                };
-                cells.push(position, length * w / parts as f64, normal, traces);
+        on_chord([from, to], &bulge, parts, &rule, &mut cells, &|t, normal| {
+            if window.len() >= 3 {
+                normals.traces(piece, &window, chord, t, normal)
+            } else {
+                vec![(piece.particles[chord], 1.0 - t), (piece.particles[chord + 1], t)]
             }
-        }
-        cells.points.close_group();
+        });
     }
     Ok(cells)
+}
+
+/// Trace functions by the place along a chord and the normal there.
+type Traces<'a> = dyn Fn(f64, &Vec2) -> Vec<(u32, f64)> + 'a;
+
+/// Adds a chord with its parabola in equal parts, with trace functions by the place along it and the normal, as one group.
+pub(super) fn on_chord(
+    [from, to]: [Vec2; 2],
+    bulge: &Vec2,
+    parts: usize,
+    (abscissae, weights): &(Vec<f64>, Vec<f64>),
+    cells: &mut BoundaryCells<2>,
+    traces: &Traces<'_>,
+) {
+    for part in 0..parts {
+        for (t, w) in abscissae.iter().zip(weights) {
+            let t = (part as f64 + t) / parts as f64;
+            let (position, along) = parabola(&from, &to, bulge, t);
+            let length = along.norm();
+            let normal = Vec2::new(along[1], -along[0]) / length;
+            cells.push(position, length * w / parts as f64, normal, traces(t, &normal));
+        }
+    }
+    cells.points.close_group();
 }
 
 /// Mean normals of the particles along a curved piece.

@@ -4,6 +4,7 @@ use nalgebra::SymmetricEigen;
 
 use crate::each::EachOf;
 use crate::geometry::{Mat3, Vec3};
+use crate::order::falling;
 
 /// Measure and moments of a plane piece or a body.
 #[derive(Debug, Clone, Default)]
@@ -51,8 +52,10 @@ impl Inertia {
     pub(super) fn axes(&self) -> (Vec3, [Vec3; 3]) {
         let centre = self.first / self.measure;
         let eigen = SymmetricEigen::new(self.second / self.measure - centre * centre.transpose());
-        let mut order = [0, 1, 2];
-        crate::order::sort(&mut order, &|&a: &usize, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-        (centre, order.each(|k| eigen.eigenvectors.column(k) * eigen.eigenvalues[k].max(0.0).sqrt()))
+        (
+            centre,
+            falling(eigen.eigenvalues.into())
+                .each(|k| eigen.eigenvectors.column(k) * eigen.eigenvalues[k].max(0.0).sqrt()),
+        )
     }
 }

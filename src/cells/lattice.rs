@@ -280,7 +280,7 @@ impl<const D: usize> Lattice<D> {
     }
 
     /// Cells along each axis.
-    pub fn cell_counts(&self) -> [usize; D] {
+    pub(crate) fn cell_counts(&self) -> [usize; D] {
         self.counts.each(|c| c - 1)
     }
 

@@ -44,12 +44,8 @@ impl<const D: usize> Lattice<D> {
     /// As [`particles`](Lattice::particles) with a normalised dilation for each particle.
     ///
     /// # Errors
-    /// For $r \le \tfrac12$ and a wrong number of dilations.
-    pub fn particles_with(&self, dilations: &[f64]) -> Result<Particles<D>, ApproximationError> {
-        ensure!(
-            dilations.len() == self.positions.len(),
-            ApproximationError::Length { what: "dilations", given: dilations.len(), particles: self.positions.len() }
-        );
+    /// For $r \le \tfrac12$.
+    pub(crate) fn particles_with(&self, dilations: &[f64]) -> Result<Particles<D>, ApproximationError> {
         let mut supports = Vec::with_capacity(self.positions.len());
         for (node, &r) in dilations.iter().enumerate() {
             check_dilation(r)?;

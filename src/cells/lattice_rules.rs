@@ -5,7 +5,7 @@ use crate::error::GeometryError;
 use crate::geometry::{Bounds, Part, Point, Side};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
-use super::brick::{determinant, ravel, unravel};
+use super::brick::{determinant, inverse, ravel, unravel};
 use super::zones::block_starts;
 use super::{Lattice, Zones};
 
@@ -121,22 +121,8 @@ impl<const D: usize> Lattice<D> {
         if !self.around(cell).holds(at) {
             return false;
         }
-        // Newton on the cell's map, by Cramer's rule; a few steps from the middle.
         let shape = self.shape(cell);
-        let mut local = Point::<D>::repeat(0.5);
-        for _ in 0..20 {
-            let (x, columns) = shape.map(&local);
-            let total = determinant(&columns);
-            let step = point_of::<D>(|i| {
-                let mut replaced = columns;
-                replaced[i] = at - x;
-                determinant(&replaced) / total
-            });
-            local += step;
-            if step.norm() < 1e-12 {
-                break;
-            }
-        }
+        let local = inverse(at, Point::repeat(0.5), &|local| shape.map(local));
         local.iter().all(|t| *t >= -slack && *t <= 1.0 + slack)
     }
 }

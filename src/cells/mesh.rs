@@ -10,6 +10,7 @@ use crate::error::GeometryError;
 use crate::geometry::{Curve, Region, Vec2};
 use crate::order;
 use crate::quadrature::Points;
+use crate::rows::Rows;
 
 /// A piece of the boundary that was drawn in one go: particles along a line or an arc.
 #[derive(Debug, Clone, PartialEq)]
@@ -245,44 +246,23 @@ impl Mesh {
         Mesh::new(positions.to_vec(), pieces)
     }
 
-    /// Neighbours of each particle, in compressed rows.
-    pub(crate) fn neighbours(&self) -> (Vec<usize>, Vec<u32>) {
-        let mut offsets = vec![0usize; self.positions.len() + 1];
-        for &particle in self.edges.iter().flatten() {
-            offsets[particle as usize + 1] += 1;
-        }
-        for i in 0..self.positions.len() {
-            offsets[i + 1] += offsets[i];
-        }
-        let mut cursor = offsets.clone();
-        let mut entries = vec![0; self.edges.len() * 2];
-        for &[a, b] in &self.edges {
-            for (from, to) in [(a, b), (b, a)] {
-                entries[cursor[from as usize]] = to;
-                cursor[from as usize] += 1;
+    /// Neighbours of each particle.
+    pub(crate) fn neighbours(&self) -> Rows {
+        Rows::new(self.positions.len(), &|add| {
+            for &[a, b] in &self.edges {
+                add(a as usize, b);
+                add(b as usize, a);
             }
-        }
-        (offsets, entries)
+        })
     }
 
-    /// Triangles around each particle, in compressed rows.
-    pub(crate) fn stars(&self) -> (Vec<usize>, Vec<u32>) {
-        let mut offsets = vec![0usize; self.positions.len() + 1];
-        for &particle in self.triangles.iter().flatten() {
-            offsets[particle as usize + 1] += 1;
-        }
-        for i in 0..self.positions.len() {
-            offsets[i + 1] += offsets[i];
-        }
-        let mut cursor = offsets.clone();
-        let mut entries = vec![0; self.triangles.len() * 3];
-        for (triangle, corners) in self.triangles.iter().enumerate() {
-            for &corner in corners {
-                entries[cursor[corner as usize]] = triangle as u32;
-                cursor[corner as usize] += 1;
+    /// Triangles around each particle.
+    pub(crate) fn stars(&self) -> Rows {
+        Rows::new(self.positions.len(), &|add| {
+            for (triangle, corners) in self.triangles.iter().enumerate() {
+                corners.iter().for_each(|&corner| add(corner as usize, triangle as u32));
             }
-        }
-        (offsets, entries)
+        })
     }
 
     /// Whether each particle is on the boundary.

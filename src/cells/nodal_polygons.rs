@@ -59,7 +59,7 @@ fn vertices(mesh: &Mesh) -> Vec<Vec2> {
 
 /// Triangles around each particle in counter-clockwise order, from the boundary to the boundary where there is one.
 pub(super) fn ordered_stars(mesh: &Mesh) -> Vec<Vec<u32>> {
-    let (offsets, stars) = mesh.stars();
+    let stars = mesh.stars();
     // The triangle beyond the edge that ends at (or starts from) a corner.
     let side = |triangle: u32, particle: u32| -> usize {
         mesh.triangles[triangle as usize].iter().position(|&p| p == particle).unwrap_or(0)
@@ -69,7 +69,7 @@ pub(super) fn ordered_stars(mesh: &Mesh) -> Vec<Vec<u32>> {
         if a == triangle { b } else { a }
     };
     list_of(mesh.positions.len(), |particle| {
-        let star = &stars[offsets[particle]..offsets[particle + 1]];
+        let star = stars.row(particle);
         let own = |t: u32| side(t, particle as u32);
         // Clockwise to the boundary, or once around.
         let first = star.iter().copied().find(|&t| across(t, own(t)) == NONE).unwrap_or(star[0]);

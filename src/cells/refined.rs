@@ -126,11 +126,6 @@ impl Refined {
         fine.built()
     }
 
-    /// Number of macro cells.
-    pub fn macro_count(&self) -> usize {
-        self.macros.len()
-    }
-
     /// Whether each macro cell may be cut once more, in the order of [`zones`](super::Cells::zones) of size 2: a marker's bulk
     /// should be filled with these alone.
     pub fn refinable(&self) -> impl Iterator<Item = bool> {
@@ -151,11 +146,6 @@ impl Refined {
             places.get(&(y / width * width, x / width * width, level)).copied().unwrap_or_default()
         };
         cut.macros.iter().map(parent).collect()
-    }
-
-    /// Halvings of the finest macro cell.
-    pub fn deepest(&self) -> u32 {
-        self.macros.iter().map(|m| m.2).max().unwrap_or(0)
     }
 
     /// Cuts one macro cell, its coarser neighbours first.

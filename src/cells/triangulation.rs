@@ -94,23 +94,17 @@ impl Triangulation {
 
     fn over(mut mesh: Mesh, region: &Region) -> Self {
         mesh.bend(region);
-        let (offsets, neighbours) = mesh.neighbours();
-        let row = |p: usize| &neighbours[offsets[p]..offsets[p + 1]];
+        let neighbours = mesh.neighbours();
         let distances: Vec<f64> = list_of(mesh.positions.len(), |p| {
-            let sum: f64 = row(p).summed(|&q| (mesh.positions[q as usize] - mesh.positions[p]).norm());
-            sum / row(p).len() as f64
+            let sum: f64 = neighbours.row(p).summed(|&q| (mesh.positions[q as usize] - mesh.positions[p]).norm());
+            sum / neighbours.row(p).len() as f64
         });
         // Mean over the neighbours: supports of unequal size beside each other cost accuracy.
         let spacings = list_of(mesh.positions.len(), |p| {
-            let sum: f64 = row(p).summed(|&q| distances[q as usize]);
-            0.5 * (distances[p] + sum / row(p).len() as f64)
+            let sum: f64 = neighbours.row(p).summed(|&q| distances[q as usize]);
+            0.5 * (distances[p] + sum / neighbours.row(p).len() as f64)
         });
         Triangulation { mesh, names: region.names.clone(), spacings, locator: Locator::default(), left: None }
-    }
-
-    /// Particles of each triangle, counter-clockwise.
-    pub fn triangles(&self) -> &[[u32; 3]] {
-        &self.mesh.triangles
     }
 
     /// Pieces of a part, or of the whole boundary.

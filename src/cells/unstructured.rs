@@ -11,11 +11,12 @@ use crate::geometry::{Part, Point, padded};
 use crate::mesh::Mesh;
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_halves, check_point_count, gauss_legendre};
+use crate::rows::Rows;
 
 use super::brick::{area_vector, multilinear};
 use super::inertia::Inertia;
 use super::locator::Locator;
-use super::zones::{Graph, stars};
+use super::zones::stars;
 use super::{BoundaryCells, Cells, EDGE, Smoothing, Zones};
 use bricks::{interior, opposite, side_points};
 use faces::Faces;
@@ -45,7 +46,7 @@ pub struct Unstructured<const D: usize> {
     mesh: Mesh<D>,
     faces: Faces,
     /// Particles that share a cell with each.
-    around: Graph,
+    around: Rows,
     on_boundary: Vec<bool>,
     spacings: Vec<f64>,
     locator: Locator<D>,
@@ -102,7 +103,7 @@ impl<const D: usize> Unstructured<D> {
     /// Where faces are shared by more than two cells, or two nodes are at one place.
     pub fn new(mesh: &Mesh<D>) -> Result<Self, Error> {
         let faces = Faces::new(mesh)?;
-        let around = Graph::sharing(mesh.points().len(), &list_of(mesh.cell_count(), |cell| mesh.cell(cell).1));
+        let around = Rows::sharing(mesh.points().len(), &list_of(mesh.cell_count(), |cell| mesh.cell(cell).1));
         let mut on_boundary = vec![false; mesh.points().len()];
         for face in faces.boundary() {
             for &node in faces.corners(face) {
@@ -116,7 +117,7 @@ impl<const D: usize> Unstructured<D> {
                 edges.push(edge.each(|k| corners[k]));
             }
         }
-        let edges = Graph::sharing(mesh.points().len(), &edges.mapped(|edge| &edge[..]));
+        let edges = Rows::sharing(mesh.points().len(), &edges.mapped(|edge| &edge[..]));
         let spacings = smoothed_spacings(mesh.points(), &edges);
         let cells =
             Unstructured { mesh: mesh.clone(), faces, around, on_boundary, spacings, locator: Locator::default() };
@@ -154,15 +155,10 @@ impl<const D: usize> Unstructured<D> {
         }
         Ok(self.faces.pieces_of(part)?.mapped(|piece| self.facets(piece, &rule, bends)))
     }
-
-    /// The mesh.
-    pub fn mesh(&self) -> &Mesh<D> {
-        &self.mesh
-    }
 }
 
 /// Mean distances to the neighbours, averaged over them: supports of unequal size beside each other cost accuracy.
-fn smoothed_spacings<const D: usize>(positions: &[Point<D>], neighbours: &Graph) -> Vec<f64> {
+fn smoothed_spacings<const D: usize>(positions: &[Point<D>], neighbours: &Rows) -> Vec<f64> {
     let mean = |particle: usize, value: &dyn Fn(u32) -> f64| {
         let row = neighbours.row(particle);
         row.summed(|&other| value(other)) / row.len() as f64

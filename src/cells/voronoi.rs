@@ -2,14 +2,14 @@
 
 use crate::each::EachOf;
 use crate::error::{ApproximationError, GeometryError};
-use crate::geometry::{Part, Region, Vec2};
+use crate::geometry::{Part, Vec2};
 use crate::particles::Particles;
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::mesh::{Mesh, collapse, cross};
 use super::nodal_polygons::{bend, dual_polygons, ordered_stars, rim, vertex_list};
 use super::polygons::Polygons;
-use super::{BoundaryCells, Cells, Scatter, Smoothing, Triangulation, Zones};
+use super::{BoundaryCells, Cells, Smoothing, Triangulation, Zones};
 
 /// Particles in a planar region and their Voronoi cells, clipped by the boundary.
 ///
@@ -37,18 +37,6 @@ impl Voronoi {
     /// The Voronoi cells of a triangulation's particles.
     pub fn new(triangles: Triangulation) -> Self {
         Voronoi { triangles }
-    }
-
-    /// Scatters particles as [`Triangulation::scattered`].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn scattered(
-        region: &Region,
-        spacing: impl Fn(&Vec2) -> f64,
-        settings: &Scatter,
-    ) -> Result<Self, GeometryError> {
-        Ok(Voronoi::new(Triangulation::scattered(region, spacing, settings)?))
     }
 
     /// The dual triangles.

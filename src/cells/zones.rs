@@ -8,6 +8,7 @@ use crate::each::{Each, list_of};
 use crate::error::GeometryError;
 use crate::geometry::{Mat3, Point, Vec3, padded};
 use crate::quadrature::Points;
+use crate::rows::Rows;
 
 use super::mesh::{Mesh, NONE};
 
@@ -82,7 +83,7 @@ impl Zones {
 
     /// Share `part` of `parts`: a run of the zones in the order of the keys `key(cell)` of their first cells, as many
     /// cells in each share as the sizes of zones allow. Rules and smoothings over a share leave the other cells out.
-    pub fn share(&self, part: usize, parts: usize, key: impl Fn(u32) -> u64) -> Self {
+    pub(crate) fn share(&self, part: usize, parts: usize, key: impl Fn(u32) -> u64) -> Self {
         let mut order: Vec<usize> = (0..self.offsets.len().saturating_sub(1)).collect();
         let of = |zone: usize| self.cells.get(self.offsets[zone]..self.offsets[zone + 1]).unwrap_or_default();
         let first = |zone: usize| of(zone).first().map_or(0, |&cell| key(cell));
@@ -137,7 +138,7 @@ impl Zones {
     ///
     /// # Errors
     /// [`GeometryError::Count`] in these cases.
-    pub fn validate(&self, count: usize) -> Result<(), GeometryError> {
+    pub(crate) fn validate(&self, count: usize) -> Result<(), GeometryError> {
         if let Some(&cell) = self.cells.iter().find(|&&cell| cell as usize >= count) {
             let needed = "zones hold cells of the partition, counted from 0";
             return Err(GeometryError::Count { what: "cell of a zone", count: cell as usize, needed });
@@ -171,41 +172,9 @@ pub(super) fn block_starts(cells: usize, size: usize) -> Vec<usize> {
     starts
 }
 
-/// Which particles are beside which, in compressed rows.
-#[derive(Debug, Clone)]
-pub(super) struct Graph {
-    offsets: Vec<usize>,
-    entries: Vec<u32>,
-}
-
-impl Graph {
-    /// Particles are beside those with which they share one of the sets.
-    pub(crate) fn sharing(count: usize, sets: &[&[u32]]) -> Self {
-        let mut rows: Vec<Vec<u32>> = vec![Vec::new(); count];
-        for set in sets {
-            for own in *set {
-                rows[*own as usize].extend(set.iter().filter(|other| *other != own));
-            }
-        }
-        let mut graph = Graph { offsets: vec![0], entries: Vec::new() };
-        for mut row in rows {
-            row.sort_unstable();
-            row.dedup();
-            graph.entries.extend(row);
-            graph.offsets.push(graph.entries.len());
-        }
-        graph
-    }
-
-    /// The particles beside one.
-    pub(crate) fn row(&self, particle: usize) -> &[u32] {
-        &self.entries[self.offsets[particle]..self.offsets[particle + 1]]
-    }
-}
-
 /// Inner particles that are at least `size` edges apart, as many as fit, in the order in which a front reaches them:
 /// what belongs to each then lies snugly beside the others.
-fn seeds(neighbours: &Graph, on_boundary: &[bool], size: usize) -> Vec<u32> {
+fn seeds(neighbours: &Rows, on_boundary: &[bool], size: usize) -> Vec<u32> {
     let row = |p: u32| neighbours.row(p as usize);
     let particles = on_boundary.len();
     let mut seeds = Vec::new();
@@ -292,8 +261,7 @@ fn grow(mut zone_of: Vec<u32>, mut zones: usize, beside: &dyn Fn(usize) -> Vec<u
 
 /// Seeds of a triangulation.
 fn seeds_of(mesh: &Mesh, size: usize) -> Vec<u32> {
-    let (offsets, entries) = mesh.neighbours();
-    seeds(&Graph { offsets, entries }, &mesh.on_boundary(), size)
+    seeds(&mesh.neighbours(), &mesh.on_boundary(), size)
 }
 
 /// Inner particles that a zone of a mesh has at least: two displacements and more to a pressure, in the plane and in space.
@@ -304,7 +272,7 @@ const INNER: f64 = 3.0;
 /// share cells and `beside` the cells beside one with the measure of the side between; each cell that is left joins the smallest zone beside it, and zones with few inner particles join others.
 pub(super) fn stars(
     cells: &[&[u32]],
-    around: &Graph,
+    around: &Rows,
     on_boundary: &[bool],
     size: usize,
     beside: &dyn Fn(usize) -> Vec<(u32, f64)>,
@@ -339,8 +307,8 @@ pub(super) fn stars(
 const FAR: usize = 4;
 
 /// Particles that are more than [`FAR`] steps away from all seeds.
-fn far(around: &Graph, seeds: &[u32]) -> Vec<bool> {
-    let mut far = vec![true; around.offsets.len() - 1];
+fn far(around: &Rows, seeds: &[u32]) -> Vec<bool> {
+    let mut far = vec![true; around.count()];
     let mut near: Vec<u32> = seeds.to_vec();
     for _ in 0..=FAR {
         let mut next = Vec::new();
@@ -445,11 +413,11 @@ pub(crate) fn zones(mesh: &Mesh, size: usize) -> Zones {
     if size <= 1 {
         return Zones::single(count);
     }
-    let (offsets, stars) = mesh.stars();
+    let stars = mesh.stars();
     let mut zone_of = vec![NONE; count];
     let seeds = seeds_of(mesh, size);
     for (zone, &seed) in seeds.iter().enumerate() {
-        for &triangle in &stars[offsets[seed as usize]..offsets[seed as usize + 1]] {
+        for &triangle in stars.row(seed as usize) {
             zone_of[triangle as usize] = zone as u32;
         }
     }
@@ -466,30 +434,46 @@ pub(crate) fn particle_zones(mesh: &Mesh, size: usize) -> Zones {
     if size <= 1 {
         return Zones::single(count);
     }
-    let (offsets, neighbours) = mesh.neighbours();
+    let neighbours = mesh.neighbours();
     let mut zone_of = vec![NONE; count];
     let seeds = seeds_of(mesh, size);
     for (zone, &seed) in seeds.iter().enumerate() {
         zone_of[seed as usize] = zone as u32;
     }
-    let row = |p: usize| &neighbours[offsets[p]..offsets[p + 1]];
-    grow(zone_of, seeds.len(), &|particle| row(particle).to_vec())
+    grow(zone_of, seeds.len(), &|particle| neighbours.row(particle).to_vec())
 }
 
 /// Cells ordered by their zone.
 pub(crate) fn collect(zone_of: &[u32], zones: usize) -> Zones {
-    let mut offsets = vec![0usize; zones + 1];
-    for &zone in zone_of {
-        offsets[zone as usize + 1] += 1;
+    let each = |(cell, &zone): (usize, &u32)| (zone as usize, cell as u32);
+    let rows = Rows::new(zones, &|add| zone_of.iter().enumerate().map(each).for_each(|(zone, cell)| add(zone, cell)));
+    Zones::new(rows.entries, rows.starts.mapped(|&start| start as usize))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_of_zones_hold_each_once_and_are_even() {
+        // Zones of one to three cells.
+        let mut offsets = vec![0];
+        (0..40).for_each(|zone| offsets.push(offsets[zone] + 1 + zone % 3));
+        let count = offsets[40];
+        let all = Zones::new((0..count as u32).rev().collect(), offsets);
+        all.validate(count).unwrap();
+        for parts in [1, 2, 3, 7] {
+            let mut named = vec![0; count];
+            for part in 0..parts {
+                let share = all.share(part, parts, |cell| u64::from(cell * 7919 % 101));
+                share.validate(count).unwrap();
+                assert!(share.cells.len().abs_diff(count / parts) <= 4, "{parts} parts");
+                share.cells.iter().for_each(|&cell| named[cell as usize] += 1);
+            }
+            assert!(named.iter().all(|&times| times == 1), "{parts} parts");
+        }
+        // More shares than zones: some are empty.
+        let shares = (0..100).map(|part| all.share(part, 100, u64::from).cells.len());
+        assert_eq!(shares.sum::<usize>(), count);
     }
-    for z in 0..zones {
-        offsets[z + 1] += offsets[z];
-    }
-    let mut cursor = offsets.clone();
-    let mut cells = vec![0; zone_of.len()];
-    for (cell, &zone) in zone_of.iter().enumerate() {
-        cells[cursor[zone as usize]] = cell as u32;
-        cursor[zone as usize] += 1;
-    }
-    Zones::new(cells, offsets)
 }

@@ -124,8 +124,8 @@ struct Pressures {
 impl Pressures {
     fn of<const D: usize>(body: &crate::term::Body<D>) -> Self {
         let table = body.table();
-        let mut pressures = Pressures { at: vec![Vec::new(); table.len()], count: 0, constant: Vec::new() };
-        for cluster in 0..table.clusters().len() {
+        let mut pressures = Pressures { at: vec![Vec::new(); table.point_count()], count: 0, constant: Vec::new() };
+        for cluster in 0..table.clusters().count() {
             let points = table.clusters().points(cluster);
             let functions = points.clone().map(|p| body.zone_functions(p).len()).max().unwrap_or(0);
             if functions == 0 {
@@ -169,7 +169,7 @@ fn matrices<const D: usize>(
     // The hoops stretch with the displacement along the radius alone.
     let hoops =
         if component == 0 && table.gradient_components() > D { table.hoop_components().len() as f64 } else { 0.0 };
-    for point in 0..table.len() {
+    for point in 0..table.point_count() {
         let (nodes, gradients, weight) = (table.nodes(point), table.gradients(point), table.weights()[point]);
         let n = nodes.len();
         let hoop = |a: usize| if hoops > 0.0 { gradients[D * n + a] } else { 0.0 };

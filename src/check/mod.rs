@@ -43,7 +43,7 @@ pub use crate::scene::{FixedInside, FreeMotion};
 pub use cover::UncoveredRegion;
 pub use inf_sup::{InfSup, inf_sup};
 pub use material::{invariant_energy, material};
-pub use patch::{PatchTest, patch_test, patch_test_of};
+pub use patch::{PatchTest, patch_test};
 pub use scene::{Diagnosis, scene};
 pub use shape::{basis, kernel};
 pub use solver::solver;

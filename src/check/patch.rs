@@ -4,9 +4,8 @@ use nalgebra::SMatrix;
 
 use crate::each::array_of;
 use crate::error::{Error, GeometryError, Invalid};
-use crate::geometry::{Domain, Part, Point};
+use crate::geometry::{Part, Point};
 use crate::kinematics::Kinematics;
-use crate::material::Material;
 use crate::scene::{Scene, Scheme, Value};
 
 /// What a patch test measured.
@@ -20,15 +19,15 @@ pub struct PatchTest {
     pub steps: usize,
 }
 
-/// Prescribes the linear field $u = HX$ on the whole boundary, component by component, runs, and
-/// compares the displacement of all particles with it (1st-order patch test).
+/// Prescribes the linear field $u = HX$ on the whole boundary of a scene's body, component by component, runs, and
+/// compares the displacement of all particles with it (1st-order patch test). Conditions and loads of the scene are left out.
 ///
 /// `gradient` is $H_{iJ} = \partial u_i/\partial X_J$. Bodies of revolution are homogeneous only under
 /// $u_R = aR$, $u_Z = bZ$: a diagonal gradient.
 ///
 /// # Errors
 /// As [`Scene::discretize`]; for a gradient that is zero, not finite, inverts the body ($\det F \le 0$)
-/// or is not homogeneous under the kinematics; where the analysis stalls.
+/// or is not homogeneous under the kinematics; for several bodies; where the analysis stalls.
 ///
 /// ```
 /// use rkpm::check::patch_test;
@@ -36,44 +35,18 @@ pub struct PatchTest {
 /// use rkpm::nalgebra::Matrix2;
 /// use rkpm::prelude::*;
 /// let scheme = Scheme::default().particles([5]).layout(Layout::Jittered { amount: 0.3, seed: 1 });
-/// let square = Block::new([0.0, 0.0], [1.0, 1.0]);
-/// let gradient = Matrix2::new(0.2, 0.1, -0.05, -0.1);
-/// let test = patch_test(square, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?, &gradient, &scheme)?;
+/// let square = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?);
+/// let test = patch_test(&square, &Matrix2::new(0.2, 0.1, -0.05, -0.1), &scheme)?;
 /// assert!(test.error < 1e-12);
 /// # Ok::<(), rkpm::Error>(())
 /// ```
 pub fn patch_test<const D: usize>(
-    domain: impl Domain<D> + 'static,
-    kinematics: impl Kinematics<D> + 'static,
-    material: impl Material + 'static,
-    gradient: &SMatrix<f64, D, D>,
-    scheme: &Scheme,
-) -> Result<PatchTest, Error> {
-    patch_test_of(&Scene::new(domain, kinematics, material), gradient, scheme)
-}
-
-/// [`patch_test`] of a scene's body, for bodies that are no image of a cube; its conditions and loads are left out.
-///
-/// # Errors
-/// As [`patch_test`], and for several bodies.
-///
-/// ```
-/// use rkpm::check::patch_test_of;
-/// use rkpm::nalgebra::Matrix2;
-/// use rkpm::prelude::*;
-/// let disk = Region::new(Outline::circle("rim", [0.0, 0.0], 1.0))?;
-/// let scene = Scene::new(disk, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?);
-/// let test = patch_test_of(&scene, &Matrix2::new(0.2, 0.1, -0.05, -0.1), &Scheme::default().spacing(0.3))?;
-/// assert!(test.error < 1e-12);
-/// # Ok::<(), rkpm::Error>(())
-/// ```
-pub fn patch_test_of<const D: usize>(
     scene: &Scene<D>,
     gradient: &SMatrix<f64, D, D>,
     scheme: &Scheme,
 ) -> Result<PatchTest, Error> {
     check_gradient(gradient, scene.kinematics.hoop_components())?;
-    let mut scene = scene.alone("check::patch_test_of")?;
+    let mut scene = scene.alone("check::patch_test")?;
     for component in 0..D {
         let row = gradient.row(component).into_owned();
         scene = scene.prescribe(Part::Whole, component, Value::field(move |x: &Point<D>| (row * x)[0]));

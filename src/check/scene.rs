@@ -199,7 +199,7 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
     // A sheet takes its volume from its thickness, which is free.
     let bodies = problem.discrete_bodies().iter().filter(|_| !scene.kinematics.is_plane_stress());
     diagnosis.pressures = bodies.map(|member| pressures::<D>(member.body())).sum();
-    let equations = problem.equations().len() - diagnosis.dependent.len();
+    let equations = problem.equations().equations().len() - diagnosis.dependent.len();
     diagnosis.displacements = problem.model().unknowns().saturating_sub(equations);
     Ok(diagnosis)
 }
@@ -272,8 +272,8 @@ fn pressures<const D: usize>(body: &Body<D>) -> usize {
     match body.field() {
         PressureField::Displacement if body.material().volumetric().is_none() && !is_stiff(body.material()) => 0,
         // Without pressures of its own each point constrains the volume all the same.
-        PressureField::Displacement | PressureField::Pointwise => table.len(),
-        PressureField::Constant => table.clusters().len(),
-        PressureField::Linear => table.clusters().len() * (D + 1),
+        PressureField::Displacement | PressureField::Pointwise => table.point_count(),
+        PressureField::Constant => table.clusters().count(),
+        PressureField::Linear => table.clusters().count() * (D + 1),
     }
 }

@@ -114,7 +114,7 @@ fn not_positive(value: f64) -> f64 {
 ///
 /// ```
 /// use rkpm::{basis::{Basis, Polynomial}, geometry::Point};
-/// assert!(rkpm::check::basis(&Polynomial::<2>::quadratic()).holds());
+/// assert!(rkpm::check::basis(&Polynomial::<2>::new(2)).holds());
 /// /// Without a constant no rigid motion is reproduced.
 /// struct Slopes;
 /// impl Basis<1> for Slopes {

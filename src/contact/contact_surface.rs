@@ -59,9 +59,9 @@ impl Trace {
 /// from that of the heaviest one by more than [`CORNER`] are another face. The heaviest one is beside the particle, whose function on a
 /// curved face reaches to both of its sides.
 fn faces(table: &FaceTable, values: &[Vec<(u32, f64)>]) -> HashMap<(u32, u32), u32> {
-    let mut normals: Vec<Vec3> = Vec::with_capacity(table.clusters.len());
+    let mut normals: Vec<Vec3> = Vec::with_capacity(table.clusters.count());
     let mut facets: HashMap<u32, Vec<(u32, f64)>> = HashMap::new();
-    for facet in 0..table.clusters.len() as u32 {
+    for facet in 0..table.clusters.count() as u32 {
         let points = table.clusters.points(facet as usize);
         let normal = table.normals.get(points.clone()).unwrap_or_default().iter().sum::<Vec3>();
         normals.push(normal / normal.norm().max(f64::MIN_POSITIVE));
@@ -114,7 +114,7 @@ impl ContactSurface {
         let mut places: HashMap<(u32, u32), usize> = HashMap::new();
         let mut traces: Vec<Trace> = Vec::new();
         let mut plain: Vec<f64> = Vec::new();
-        for facet in 0..table.clusters.len() as u32 {
+        for facet in 0..table.clusters.count() as u32 {
             for point in table.clusters.points(facet as usize) {
                 for &(particle, value) in &values[point] {
                     let weight = table.weights[point] * value;

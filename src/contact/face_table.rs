@@ -27,7 +27,7 @@ pub(crate) struct FaceTable {
 impl FaceTable {
     pub(crate) fn new<const D: usize>(table: &ShapeTable<D>) -> Self {
         let (mut first, mut nodes, mut values, mut gradients) = (vec![0], Vec::new(), Vec::new(), Vec::new());
-        for point in 0..table.len() {
+        for point in 0..table.point_count() {
             nodes.extend_from_slice(table.nodes(point));
             values.extend_from_slice(table.values(point));
             gradients.extend_from_slice(table.gradients(point));

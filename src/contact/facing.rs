@@ -45,7 +45,7 @@ impl Facets {
         let (mut at, mut particles): (HashMap<u32, Vec<u32>>, Vec<u32>) = (HashMap::new(), Vec::new());
         for (part, surface) in surfaces.iter().enumerate() {
             particles.extend(surface.traces.iter().map(|trace| trace.particle));
-            for facet in 0..surface.table.clusters.len() {
+            for facet in 0..surface.table.clusters.count() {
                 let (points, mut shares) = (surface.table.clusters.points(facet), surface.shares(facet));
                 let (mut middle, mut outward) = (Vec3::zeros(), Vec3::zeros());
                 for share in &mut shares {

@@ -136,7 +136,7 @@ impl RigidContact {
         let clusters = &contact_surface.table.clusters;
         let mut facets = Vec::new();
         if let Some(node) = rigid_dof {
-            for facet in 0..clusters.len() {
+            for facet in 0..clusters.count() {
                 let mut nodes = clusters.nodes(facet).to_vec();
                 nodes.push(node);
                 facets.push(nodes);
@@ -414,7 +414,7 @@ impl Term for RigidContact {
     }
 
     fn clusters(&self) -> usize {
-        self.contact_surface.traces.len() + self.contact_surface.table.clusters.len()
+        self.contact_surface.traces.len() + self.contact_surface.table.clusters.count()
     }
 
     fn nodes(&self, cluster: usize) -> &[u32] {

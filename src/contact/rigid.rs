@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use crate::error::{Error, GeometryError, Invalid};
 use crate::geometry::{Point, Vec3, vector};
-use crate::mesh::Mesh;
 use crate::solid::Solid3;
 use crate::term::Amplitude;
 
@@ -331,11 +330,6 @@ impl RigidSurface<3> {
     pub fn sleeve(through: [f64; 3], along: [f64; 3], radius: f64) -> Self {
         let shape = Cylinder { through: through.into(), along: along.into(), radius, hollow: true };
         RigidSurface::named_shape(shape, "sleeve")
-    }
-
-    /// The hull of a mesh as a rigid body.
-    pub fn hull(mesh: &Mesh<3>) -> Self {
-        RigidSurface::named_shape(Triangulated::hull(mesh), "hull")
     }
 
     /// A closed surface as a rigid body: that of an STL file, for example.

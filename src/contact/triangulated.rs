@@ -1,4 +1,4 @@
-//! Rigid surfaces of triangles, from the hull of a mesh.
+//! Rigid surfaces of triangles.
 
 use std::collections::HashMap;
 
@@ -6,7 +6,6 @@ use nalgebra::SMatrix;
 
 use crate::error::GeometryError;
 use crate::geometry::{Bounds, Mat3, Point, Vec3};
-use crate::mesh::Mesh;
 use crate::solid::{Tree, foot};
 
 use super::{Nearest, Surface};
@@ -18,17 +17,11 @@ use super::{Nearest, Surface};
 ///
 /// ```
 /// use rkpm::contact::{Surface, Triangulated};
-/// use rkpm::mesh::{CellShape, Mesh};
-/// use rkpm::geometry::Point;
-/// // A rigid cube drawn as one hexahedron.
-/// let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-/// let points: Vec<Point<3>> =
-///     [0.0, 1.0].iter().flat_map(|&z| corners.map(|[x, y]| [x, y, z].into())).collect();
-/// let cube = Mesh::new(points, &[(CellShape::Hexahedron, (0..8).collect())], &[])?;
-/// let surface = Triangulated::hull(&cube);
-/// assert!((surface.nearest(&[0.5, 0.5, 1.25].into()).gap - 0.25).abs() < 1e-12);
-/// assert!((surface.nearest(&[0.5, 0.9, 0.5].into()).gap + 0.1).abs() < 1e-12);
-/// # Ok::<(), rkpm::Error>(())
+/// // A square sheet at z = 1 that faces upwards.
+/// let corners = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.0, 1.0, 1.0]];
+/// let sheet = Triangulated::new(corners.map(Into::into).to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
+/// assert!((sheet.nearest(&[0.5, 0.5, 1.25].into()).gap - 0.25).abs() < 1e-12);
+/// assert!((sheet.nearest(&[0.5, 0.5, 0.9].into()).gap + 0.1).abs() < 1e-12);
 /// ```
 #[derive(Debug, Clone)]
 pub struct Triangulated {
@@ -90,11 +83,6 @@ impl Triangulated {
         }
         surface.tree = Tree::new(&surface.points, &surface.triangles);
         surface
-    }
-
-    /// The hull of a mesh: the faces that belong to one cell alone, quadrangles cut in two.
-    pub fn hull(mesh: &Mesh<3>) -> Self {
-        Triangulated::new(mesh.points().to_vec(), mesh.surface().0)
     }
 
     /// Whether it has no border.

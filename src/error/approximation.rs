@@ -82,14 +82,6 @@ pub enum ApproximationError {
         /// What to do.
         remedy: &'static str,
     },
-    /// There is no such element.
-    #[error("there is no element {element}: there are {elements}, counted from 0")]
-    Element {
-        /// The element.
-        element: usize,
-        /// Number of elements.
-        elements: usize,
-    },
     /// A point is not finite.
     #[error("evaluation point X = {at:?} is not finite: give finite coordinates")]
     Point {

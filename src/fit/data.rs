@@ -35,11 +35,6 @@ pub struct TestData {
 }
 
 impl TestData {
-    /// No data yet.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Adds a test with weight 1; points of a mode that is there already join it.
     ///
     /// # Errors
@@ -93,7 +88,7 @@ impl TestData {
     /// [`FitError::Row`] and [`FitError::Mode`] for rows that can't be read; those of [`with`](Self::with);
     /// [`FitError::Empty`] without rows.
     pub fn parse(text: &str) -> Result<Self, FitError> {
-        let mut data = Self::new();
+        let mut data = Self::default();
         Rows::new(text)?.each(|row, mode, point| {
             let mode = mode_of(mode).ok_or_else(|| FitError::Mode { row, mode: mode.to_string() })?;
             data.push(mode, point)
@@ -107,7 +102,7 @@ impl TestData {
     }
 
     /// The test of a mode.
-    pub fn test(&self, mode: Mode) -> Option<&Test> {
+    pub(crate) fn test(&self, mode: Mode) -> Option<&Test> {
         self.tests.iter().find(|test| test.mode == mode)
     }
 
@@ -136,7 +131,7 @@ impl Test {
     }
 
     /// Smallest and largest stretch.
-    pub fn range(&self) -> [f64; 2] {
+    pub(crate) fn range(&self) -> [f64; 2] {
         let join = |[low, high]: [f64; 2], [x, _]: &[f64; 2]| [low.min(*x), high.max(*x)];
         self.points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], join)
     }

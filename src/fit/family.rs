@@ -67,7 +67,7 @@ impl Coefficient {
 ///
 /// let known = FungFamily.build(&[0.3, 0.2])?;
 /// let points = (1..20).map(|k| 1.0 + 0.1 * k as f64).map(|x| [x, Mode::Uniaxial.incompressible_state(&known, x).stress]);
-/// let report = Fit::new(FungFamily).to(&TestData::new().with(Mode::Uniaxial, points)?)?;
+/// let report = Fit::new(FungFamily).to(&TestData::default().with(Mode::Uniaxial, points)?)?;
 /// assert!((report.value("b").unwrap() - 0.2).abs() < 1e-6);
 /// # Ok::<(), rkpm::Error>(())
 /// ```
@@ -111,11 +111,11 @@ pub trait Family: Send + Sync {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Law {
-    /// [`RivlinPolynomial::neo_hookean`].
+    /// [`Rubber::neo_hookean`](crate::material::Rubber::neo_hookean).
     NeoHookean,
-    /// [`RivlinPolynomial::mooney_rivlin`].
+    /// [`Rubber::mooney_rivlin`](crate::material::Rubber::mooney_rivlin).
     MooneyRivlin,
-    /// [`RivlinPolynomial::yeoh`].
+    /// [`Rubber::yeoh`](crate::material::Rubber::yeoh).
     Yeoh,
     /// [`Ogden`] with a number of terms.
     Ogden(usize),

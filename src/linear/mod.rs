@@ -15,8 +15,8 @@ pub(crate) use gmres::minimal_residuals;
 pub(crate) use krylov::{Auxiliary, Krylov};
 pub(crate) use ordering::after_their_rows;
 pub(crate) use ordering::banded;
-pub use ordering::nested_dissection;
-pub use system::{LinearSystem, ZoneProduct};
+pub(crate) use ordering::nested_dissection;
+pub use system::LinearSystem;
 
 use std::sync::Arc;
 

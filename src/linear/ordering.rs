@@ -153,7 +153,7 @@ impl Knife<'_> {
 ///
 /// `coordinate(i, axis)` gives one of the `dim` coordinates of unknown `i`; the first `count` unknowns of the pattern are
 /// ordered, old indices in new places.
-pub fn nested_dissection(
+pub(crate) fn nested_dissection(
     pattern: &Pattern,
     count: usize,
     dim: usize,

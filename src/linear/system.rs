@@ -5,9 +5,6 @@ use std::fmt;
 use crate::assembly::StateRef;
 use crate::term::{Product, Zone};
 
-/// The product of a zone's own matrix, $C^T H C$ left out, with a vector over all unknowns: node by node of the zone.
-pub type ZoneProduct<'a> = &'a (dyn Fn(&Zone, &[f64], &mut Product) + Sync);
-
 /// A linearised system: its reduced matrix, the pressures that are not condensed into it, and the state.
 #[derive(Clone, Copy)]
 pub struct LinearSystem<'a> {
@@ -17,8 +14,9 @@ pub struct LinearSystem<'a> {
     pub skew: &'a [(u32, u32, f64)],
     /// Pressures that were not condensed into the matrix; none for solvers that don't ask for them.
     pub zones: &'a [Zone],
-    /// What else the terms with such pressures would have added.
-    pub product: ZoneProduct<'a>,
+    /// What else the terms with such pressures would have added: the product of a zone's own matrix, $C^T H C$ left out, with a vector
+    /// over all unknowns, node by node of the zone.
+    pub product: &'a (dyn Fn(&Zone, &[f64], &mut Product) + Sync),
     /// The state that it was linearised at; empty vectors where nothing is known of it.
     pub state: StateRef<'a>,
 }

@@ -33,7 +33,7 @@ pub struct ExistenceCondition {
     pub detail: String,
 }
 
-/// The conditions (a)–(c) of Theorem 5.1 for one material, made by [`existence`].
+/// The conditions (a)–(c) of Theorem 5.1 for one material, made by [`Rubber::existence`](super::Rubber::existence).
 ///
 /// They are sufficient for a solution to exist, not necessary: rubbers that violate some of them
 /// (Mooney–Rivlin, the paper's own material) are solved every day.
@@ -92,19 +92,7 @@ impl fmt::Display for ExistenceReport {
 /// Where one of the two sums is empty its exponent is taken from the other: $\det\bar A = 1$ makes
 /// $\bar I_2 \le \bar I_1^2/3$ and $\bar I_1 \le \bar I_2^2/3$, so that $\bar I_1^{\alpha/2}$ alone
 /// bounds $\bar I_2^{\beta/2}$ with $\beta = \alpha/2$, and the other way round.
-///
-/// ```
-/// use rkpm::material::{HartmannNeffVolume, RivlinPolynomial, Rubber, ExistenceVerdict, existence};
-///
-/// let report = Rubber::mooney_rivlin(0.3, 0.05, 1e3)?.existence();
-/// assert_eq!(report.verdict("5.8"), Some(ExistenceVerdict::Fails));  // beta = 2 < 3
-/// assert_eq!(report.verdict("5.10"), Some(ExistenceVerdict::Fails)); // (k/2)(J - 1)² is finite at J = 0
-///
-/// let stiffening = RivlinPolynomial::yeoh(1.0, 0.1, 0.01)?;
-/// assert!(existence(&stiffening, &HartmannNeffVolume::new(1e3)?).holds());
-/// # Ok::<(), rkpm::error::MaterialError>(())
-/// ```
-pub fn existence(distortional: &RivlinPolynomial, volumetric: &dyn VolumetricEnergy) -> ExistenceReport {
+pub(crate) fn existence(distortional: &RivlinPolynomial, volumetric: &dyn VolumetricEnergy) -> ExistenceReport {
     let mut conditions = Vec::with_capacity(8);
     let mut note = |equation, verdict: ExistenceVerdict, detail: String| {
         conditions.push(ExistenceCondition { equation, verdict, detail });

@@ -85,11 +85,6 @@ impl OgdenFoam {
         let term = |part: f64, exponent| FoamTerm { shear: shear * part, exponent, poisson };
         Self::new([term(fraction, 2.0), term(1.0 - fraction, -2.0)].into_iter().filter(|t| t.shear != 0.0))
     }
-
-    /// The terms.
-    pub fn terms(&self) -> &[FoamTerm] {
-        &self.terms
-    }
 }
 
 impl FoamTerm {

@@ -27,7 +27,7 @@ pub struct HomogeneousState {
 
 impl Mode {
     /// The modes that shape alone decides.
-    pub const SHAPES: [Mode; 3] = [Mode::Uniaxial, Mode::Equibiaxial, Mode::Planar];
+    pub(crate) const SHAPES: [Mode; 3] = [Mode::Uniaxial, Mode::Equibiaxial, Mode::Planar];
 
     /// Its name.
     pub fn name(self) -> &'static str {

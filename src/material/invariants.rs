@@ -23,7 +23,7 @@ pub struct Distortion {
 
 impl Distortion {
     /// NaN in every component: the answer outside the domain of an energy.
-    pub fn undefined() -> Self {
+    pub(crate) fn undefined() -> Self {
         Self { energy: f64::NAN, w1: f64::NAN, w2: f64::NAN, w11: f64::NAN, w12: f64::NAN, w22: f64::NAN }
     }
 }

@@ -25,7 +25,7 @@
 //! | here | elsewhere |
 //! |---|---|
 //! | [`Rubber::neo_hookean`], `mooney_rivlin`, `yeoh`, `polynomial`: $A_{mn}$ | $C_{mn}$, the same in Abaqus, Ansys, Marc; $C_{10} = \mu_0/2$ where a program asks for $\mu_0$ |
-//! | `bulk` $= k$ of [`QuadraticVolume`] | $k = 2/D_1$ (Abaqus), $2/d$ (Ansys): [`QuadraticVolume::from_compliance`] |
+//! | `bulk` $= k$ of [`QuadraticVolume`] | $k = 2/D_1$ (Abaqus), $2/d$ (Ansys) |
 //! | [`Rubber::ogden`]: $\mu_p$ in $\frac{\mu_p}{\alpha_p}$ | the same in Ansys, COMSOL, LS-DYNA, Marc; $\frac{2\mu_p}{\alpha_p^2}$ in Abaqus, CalculiX; $\frac{c_p}{\alpha_p^2}$ in FEBio: [`Rubber::ogden_in`] with an [`OgdenConvention`] |
 //! | [`Rubber::arruda_boyce`]: $\mu$, $\lambda_m$ | the same in Abaqus, Ansys, five terms of the series; $\mu$ is not quite the initial modulus |
 //! | [`Rubber::gent`]: $\mu$, $J_m$ | the same in Ansys, COMSOL; $E = 3\mu$ where a program asks for it |
@@ -64,7 +64,7 @@ use crate::geometry::Mat3;
 use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components, determinant_hessian};
 
 pub use carroll::Carroll;
-pub use existence::{ExistenceCondition, ExistenceReport, ExistenceVerdict, existence};
+pub use existence::{ExistenceCondition, ExistenceReport, ExistenceVerdict};
 pub use foam::{FoamTerm, OgdenFoam};
 pub use gent::{Gent, GentGent};
 pub use homogeneous::{HomogeneousState, Mode};
@@ -73,12 +73,13 @@ pub use mullins::Mullins;
 pub use named::{InvariantRubber, StretchRubber};
 pub use network::{ArrudaBoyce, ExtendedTube};
 pub use prestretched::Prestretched;
-pub use principal::{Hencky, Ogden, OgdenConvention, OgdenWarning, Principal, PrincipalEnergy};
+pub use principal::{Hencky, Ogden, OgdenConvention, Principal, PrincipalEnergy};
 pub use rivlin::RivlinPolynomial;
 pub use rubber::Rubber;
-pub use stability::{Criterion, SEARCHED, StableRange, stable_ranges, stable_ranges_incompressible};
+pub(crate) use stability::SEARCHED;
+pub use stability::{Criterion, StableRange, stable_ranges, stable_ranges_incompressible};
 pub use stretches::{PrincipalStretches, TotalStretches};
-pub use surface_stability::surface_stability;
+pub(crate) use surface_stability::surface_stability;
 pub(crate) use thickness::FreeThickness;
 pub use viscoelastic::{Prony, Viscoelastic};
 pub use volumetric::{

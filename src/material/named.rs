@@ -45,10 +45,19 @@ impl Rubber {
         stretches(Ogden::new(terms)?, bulk)
     }
 
-    /// [`Ogden`]'s law with the constants of another program.
+    /// [`Ogden`]'s law with the constants of another program; `terms` are its pairs (modulus, exponent).
+    ///
+    /// ```
+    /// use rkpm::material::{OgdenConvention, Rubber};
+    /// // The same rubber: µ_p here, 2 µ_p/α_p² there; exponents are the same.
+    /// let here = Rubber::ogden([(0.618, 1.3), (-0.00981, -2.0)], 1e3)?;
+    /// let there = [(0.5 * 0.618 * 1.3, 1.3), (0.5 * 0.00981 * 2.0, -2.0)];
+    /// assert_eq!(Rubber::ogden_in(OgdenConvention::ShearModuli, there, 1e3)?, here);
+    /// # Ok::<(), rkpm::error::MaterialError>(())
+    /// ```
     ///
     /// # Errors
-    /// Those of [`Ogden::in_convention`] and [`QuadraticVolume::new`].
+    /// Those of [`Ogden::new`] and [`QuadraticVolume::new`].
     pub fn ogden_in(
         convention: OgdenConvention,
         terms: impl IntoIterator<Item = (f64, f64)>,

@@ -54,16 +54,6 @@ impl ArrudaBoyce {
         positive("initial shear modulus", 2.0 * powers[0])?;
         Ok(Self { shear, locking, powers })
     }
-
-    /// $\mu$ \[stress\].
-    pub fn shear(&self) -> f64 {
-        self.shear
-    }
-
-    /// $\lambda_m$.
-    pub fn locking(&self) -> f64 {
-        self.locking
-    }
 }
 
 impl InvariantEnergy for ArrudaBoyce {

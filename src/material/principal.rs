@@ -86,44 +86,6 @@ pub enum OgdenConvention {
     Squared,
 }
 
-/// A warning about the constants of an [`Ogden`] energy; see [`Ogden::warnings`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum OgdenWarning {
-    /// A term with $\mu_p\alpha_p < 0$ softens: alone it is unstable, and where it outgrows the others so is the sum.
-    Sign {
-        /// The term, counted from 1.
-        term: usize,
-        /// $\mu_p$ \[stress\].
-        mu: f64,
-        /// $\alpha_p$.
-        alpha: f64,
-    },
-    /// Terms of both signs cancel: the initial shear modulus is less than a tenth of the sum of their sizes.
-    Cancelling {
-        /// $\frac12\sum\mu_p\alpha_p$ \[stress\].
-        modulus: f64,
-        /// $\frac12\sum|\mu_p\alpha_p|$ \[stress\].
-        largest: f64,
-    },
-}
-
-impl std::fmt::Display for OgdenWarning {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Sign { term, mu, alpha } => {
-                write!(f, "term {term}: mu = {mu:.4e} and alpha = {alpha:.4} have opposite signs, the term softens")
-            }
-            Self::Cancelling { modulus, largest } => {
-                write!(f, "terms of both signs cancel: initial shear modulus {modulus:.4e} of {largest:.4e}")
-            }
-        }
-    }
-}
-
-/// Part of the sum of sizes below which terms cancel.
-const CANCELLED: f64 = 0.1;
-
 impl Ogden {
     /// The energy with terms $(\mu_p, \alpha_p)$, $\mu_p$ in \[stress\].
     ///
@@ -148,19 +110,7 @@ impl Ogden {
     }
 
     /// The energy with constants in the convention of another program; `terms` are its pairs (modulus, exponent).
-    ///
-    /// ```
-    /// use rkpm::material::{Ogden, OgdenConvention};
-    /// // The same rubber: µ_p here, 2 µ_p/α_p² there; exponents are the same.
-    /// let here = Ogden::new([(0.618, 1.3), (-0.00981, -2.0)])?;
-    /// let there = [(0.5 * 0.618 * 1.3, 1.3), (0.5 * 0.00981 * 2.0, -2.0)];
-    /// assert_eq!(Ogden::in_convention(OgdenConvention::ShearModuli, there)?, here);
-    /// # Ok::<(), rkpm::error::MaterialError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
-    pub fn in_convention(
+    pub(crate) fn in_convention(
         convention: OgdenConvention,
         terms: impl IntoIterator<Item = (f64, f64)>,
     ) -> Result<Self, MaterialError> {
@@ -172,37 +122,6 @@ impl Ogden {
         // An exponent of zero is refused by `new`, whatever its modulus.
         let scaled = |(c, alpha): (f64, f64)| (if alpha == 0.0 { c } else { c * factor(alpha) }, alpha);
         Self::new(terms.into_iter().map(scaled))
-    }
-
-    /// What is doubtful about the constants, though [`new`](Self::new) accepts them: fits to few data often have such terms, and
-    /// lose stability outside of them. [`stable_ranges`](super::stable_ranges) tells where.
-    ///
-    /// ```
-    /// use rkpm::material::{Ogden, OgdenWarning};
-    /// let fitted = Ogden::new([(0.6, 1.3), (-0.02, 3.0)])?;
-    /// assert_eq!(fitted.warnings(), [OgdenWarning::Sign { term: 2, mu: -0.02, alpha: 3.0 }]);
-    /// # Ok::<(), rkpm::error::MaterialError>(())
-    /// ```
-    pub fn warnings(&self) -> Vec<OgdenWarning> {
-        let mut warnings = Vec::new();
-        for (p, &(mu, alpha)) in self.terms.iter().enumerate() {
-            if mu * alpha < 0.0 {
-                warnings.push(OgdenWarning::Sign { term: p + 1, mu, alpha });
-            }
-        }
-        let (sum, size) = self
-            .terms
-            .iter()
-            .fold((0.0, 0.0), |(sum, size), (mu, alpha)| (sum + 0.5 * mu * alpha, size + (0.5 * mu * alpha).abs()));
-        if sum < CANCELLED * size {
-            warnings.push(OgdenWarning::Cancelling { modulus: sum, largest: size });
-        }
-        warnings
-    }
-
-    /// The terms $(\mu_p, \alpha_p)$.
-    pub fn terms(&self) -> &[(f64, f64)] {
-        &self.terms
     }
 }
 

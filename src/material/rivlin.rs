@@ -63,7 +63,7 @@ impl RivlinPolynomial {
     ///
     /// # Errors
     /// [`Invalid`] unless $A_{10}$ is finite and above zero.
-    pub fn neo_hookean(a10: f64) -> Result<Self, MaterialError> {
+    pub(crate) fn neo_hookean(a10: f64) -> Result<Self, MaterialError> {
         positive("A_10", a10)?;
         Self::new([((1, 0), a10)])
     }
@@ -72,7 +72,7 @@ impl RivlinPolynomial {
     ///
     /// # Errors
     /// [`Invalid`] unless both are finite and their sum is above zero.
-    pub fn mooney_rivlin(a10: f64, a01: f64) -> Result<Self, MaterialError> {
+    pub(crate) fn mooney_rivlin(a10: f64, a01: f64) -> Result<Self, MaterialError> {
         // The terms first: they name the constant that isn't finite, which the sum could not.
         let polynomial = Self::new([((1, 0), a10), ((0, 1), a01)])?;
         positive("A_10 + A_01", a10 + a01)?;
@@ -83,13 +83,13 @@ impl RivlinPolynomial {
     ///
     /// # Errors
     /// [`Invalid`] unless all are finite and $A_{10}$ is above zero.
-    pub fn yeoh(a10: f64, a20: f64, a30: f64) -> Result<Self, MaterialError> {
+    pub(crate) fn yeoh(a10: f64, a20: f64, a30: f64) -> Result<Self, MaterialError> {
         positive("A_10", a10)?;
         Self::new([((1, 0), a10), ((2, 0), a20), ((3, 0), a30)])
     }
 
     /// The terms $((m, n), A_{mn})$ that differ from zero.
-    pub fn terms(&self) -> impl Iterator<Item = ((u32, u32), f64)> + '_ {
+    pub(crate) fn terms(&self) -> impl Iterator<Item = ((u32, u32), f64)> + '_ {
         self.coefficients
             .iter()
             .enumerate()

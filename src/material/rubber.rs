@@ -1,9 +1,8 @@
 //! The paper's material in one call.
 
+use super::existence::existence;
 use super::rivlin::positive;
-use super::{
-    ExistenceReport, Invariants, NearlyIncompressible, QuadraticVolume, RivlinPolynomial, VolumetricEnergy, existence,
-};
+use super::{ExistenceReport, Invariants, NearlyIncompressible, QuadraticVolume, RivlinPolynomial, VolumetricEnergy};
 use crate::error::MaterialError;
 
 /// The paper's material (2.8)–(2.10): the polynomial $\bar W(\bar I_1,\bar I_2)$ with $\frac k2(J-1)^2$.
@@ -23,7 +22,7 @@ impl NearlyIncompressible<Invariants<RivlinPolynomial>, QuadraticVolume> {
     /// $A_{10}(\bar I_1-3) + \frac k2(J-1)^2$, constants in \[stress\].
     ///
     /// # Errors
-    /// Those of [`RivlinPolynomial::neo_hookean`] and [`QuadraticVolume::new`].
+    /// [`Invalid`](crate::error::Invalid) unless $A_{10}$ is finite and above zero, and those of [`QuadraticVolume::new`].
     pub fn neo_hookean(a10: f64, bulk: f64) -> Result<Self, MaterialError> {
         Self::of(RivlinPolynomial::neo_hookean(a10)?, bulk)
     }
@@ -31,7 +30,7 @@ impl NearlyIncompressible<Invariants<RivlinPolynomial>, QuadraticVolume> {
     /// $A_{10}(\bar I_1-3) + A_{01}(\bar I_2-3) + \frac k2(J-1)^2$, constants in \[stress\].
     ///
     /// # Errors
-    /// Those of [`RivlinPolynomial::mooney_rivlin`] and [`QuadraticVolume::new`].
+    /// [`Invalid`](crate::error::Invalid) unless both are finite and their sum is above zero, and those of [`QuadraticVolume::new`].
     pub fn mooney_rivlin(a10: f64, a01: f64, bulk: f64) -> Result<Self, MaterialError> {
         Self::of(RivlinPolynomial::mooney_rivlin(a10, a01)?, bulk)
     }
@@ -39,7 +38,7 @@ impl NearlyIncompressible<Invariants<RivlinPolynomial>, QuadraticVolume> {
     /// $\sum_{m=1}^3 A_{m0}(\bar I_1-3)^m + \frac k2(J-1)^2$, constants in \[stress\].
     ///
     /// # Errors
-    /// Those of [`RivlinPolynomial::yeoh`] and [`QuadraticVolume::new`].
+    /// [`Invalid`](crate::error::Invalid) unless all are finite and $A_{10}$ is above zero, and those of [`QuadraticVolume::new`].
     pub fn yeoh(a10: f64, a20: f64, a30: f64, bulk: f64) -> Result<Self, MaterialError> {
         Self::of(RivlinPolynomial::yeoh(a10, a20, a30)?, bulk)
     }
@@ -62,7 +61,19 @@ impl NearlyIncompressible<Invariants<RivlinPolynomial>, QuadraticVolume> {
 }
 
 impl<U: VolumetricEnergy> NearlyIncompressible<Invariants<RivlinPolynomial>, U> {
-    /// Which of the existence conditions (5.6)–(5.13) this material satisfies; see [`existence`].
+    /// Which of the existence conditions (5.6)–(5.13) this material satisfies.
+    ///
+    /// ```
+    /// use rkpm::material::{ExistenceVerdict, HartmannNeffVolume, Invariants, NearlyIncompressible, RivlinPolynomial, Rubber};
+    /// let report = Rubber::mooney_rivlin(0.3, 0.05, 1e3)?.existence();
+    /// assert_eq!(report.verdict("5.8"), Some(ExistenceVerdict::Fails));  // beta = 2 < 3
+    /// assert_eq!(report.verdict("5.10"), Some(ExistenceVerdict::Fails)); // (k/2)(J - 1)² is finite at J = 0
+    ///
+    /// let distortional = Invariants(RivlinPolynomial::new([((1, 0), 1.0), ((2, 0), 0.1), ((3, 0), 0.01)])?);
+    /// let stiffening = NearlyIncompressible { distortional, volumetric: HartmannNeffVolume::new(1e3)? };
+    /// assert!(stiffening.existence().holds());
+    /// # Ok::<(), rkpm::error::MaterialError>(())
+    /// ```
     pub fn existence(&self) -> ExistenceReport {
         existence(&self.distortional.0, &self.volumetric)
     }

@@ -5,6 +5,7 @@ use nalgebra::Matrix2;
 use super::{Material, Mode, Past};
 use crate::each::EachOf;
 use crate::geometry::{Mat3, Vec3};
+use crate::tensor;
 
 /// A criterion of material stability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -25,9 +26,9 @@ pub struct StableRange {
     pub mode: Mode,
     /// What is kept.
     pub criterion: Criterion,
-    /// Smallest stretch; [`SEARCHED`]'s where nothing was found.
+    /// Smallest stretch; 0.1, the least that is looked at, where nothing was found.
     pub low: f64,
-    /// Largest stretch; [`SEARCHED`]'s where nothing was found.
+    /// Largest stretch; 10, the most that is looked at, where nothing was found.
     pub high: f64,
 }
 
@@ -48,7 +49,7 @@ impl std::fmt::Display for StableRange {
 }
 
 /// Stretches between which [`stable_ranges`] looks.
-pub const SEARCHED: [f64; 2] = [0.1, 10.0];
+pub(crate) const SEARCHED: [f64; 2] = [0.1, 10.0];
 
 /// Step of the search in the logarithm of the stretch.
 const STEP: f64 = 0.02;
@@ -175,11 +176,7 @@ impl<'a> Subject<'a> {
                     if !self.incompressible {
                         return smallest(&acoustic);
                     }
-                    let e = if n.x.abs() < 0.7 { Vec3::x() } else { Vec3::y() }.cross(&n).normalize();
-                    let g = n.cross(&e);
-                    let part = |v: &Vec3, w: &Vec3| v.dot(&(acoustic * w));
-                    let plane = Matrix2::new(part(&e, &e), part(&e, &g), part(&g, &e), part(&g, &g));
-                    plane.symmetric_eigenvalues().min()
+                    tensor::across(&acoustic, &n).min()
                 };
                 least(speed) > 0.0
             }

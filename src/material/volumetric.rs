@@ -117,15 +117,7 @@ macro_rules! checked {
 
 checked!(QuadraticVolume, MixedLogarithmicVolume, LogarithmicVolume, HartmannNeffVolume);
 
-impl QuadraticVolume {
-    /// The energy $\frac1D(J-1)^2$ of programs that ask for a compliance: $k = 2/D$, `compliance` $= D$ \[1/stress\].
-    ///
-    /// # Errors
-    /// [`Invalid`] unless $2/D$ is finite and above zero.
-    pub fn from_compliance(compliance: f64) -> Result<Self, MaterialError> {
-        Self::new(2.0 / compliance)
-    }
-}
+impl QuadraticVolume {}
 
 /// NaN where an energy with a singularity at J = 0 is undefined: powers would be finite again below it.
 const UNDEFINED: Volumetric = Volumetric { energy: f64::NAN, slope: f64::NAN, curvature: f64::NAN };

@@ -26,7 +26,7 @@ impl<const D: usize> Mesh<D> {
     ///
     /// # Errors
     /// Where no group of cells has one of the names, and where no cell is left.
-    pub fn without(&self, names: &[&str]) -> Result<Mesh<D>, MeshError> {
+    pub(crate) fn without(&self, names: &[&str]) -> Result<Mesh<D>, MeshError> {
         let mut kept = vec![true; self.cell_count()];
         for name in names {
             let group = self.group(D, name).ok_or_else(|| self.missing("body", name, D..=D))?;

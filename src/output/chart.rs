@@ -219,12 +219,6 @@ impl Chart {
         self.with(series.stroke(Stroke::Dashed).colour(Colour::Black))
     }
 
-    /// Adds several polylines under one name: the outlines and grid lines of a shape.
-    #[must_use]
-    pub fn outlines<P: Copy + Into<[f64; 2]>>(self, name: impl Into<String>, paths: &[Vec<P>]) -> Self {
-        self.with(Series::outlines(name, paths))
-    }
-
     /// Adds a dashed line at one value of y.
     #[must_use]
     pub fn horizontal(mut self, name: impl Into<String>, value: f64) -> Self {

@@ -353,12 +353,12 @@ fn follow(runs: &mut Vec<Recorded>, record: Record) -> Result<(), String> {
                 "version {version} of the layout, this crate reads {VERSION}: run the analysis anew, or read it with the crate that wrote it"
             ));
         }
-        (None, Record::Start { stage, state, .. }) => runs.push(Recorded { stage, path: EquilibriumPath::new(state) }),
+        (None, Record::Start { stage, state, .. }) => runs.push(Recorded { stage, path: EquilibriumPath::from(state) }),
         (None, _) => return Err("the first record is not the start of a run".into()),
         (Some(before), Record::Start { stage, state, .. }) => {
             ensure!(before.stage.is_some() && stage.is_some(), "a second start");
             ensure!(before.path.ending == Ending::Completed, "a stage behind one that was not completed");
-            runs.push(Recorded { stage, path: EquilibriumPath::new(state) });
+            runs.push(Recorded { stage, path: EquilibriumPath::from(state) });
         }
         (Some(Recorded { path, .. }), Record::Step(step)) => {
             path.steps.push(step);

@@ -3,7 +3,6 @@
 //! | type | file | made for |
 //! |---|---|---|
 //! | [`Table`] | `.csv` | columns of numbers and words |
-//! | [`Summary`] | `.csv` | an example's results beside their references |
 //! | [`VtkGrid`] | `.vtu` | fields on particles and cells, for ParaView |
 //! | pieces of a [`VtkGrid`] | `.pvtu` and `.vtu` | the same from several ranks |
 //! | [`PvdCollection`] | `.pvd` | the `.vtu` files of a path in time or load |
@@ -31,12 +30,12 @@ pub mod vtk;
 
 #[cfg(feature = "chart")]
 pub use chart::{Chart, Series};
-pub use csv::{Cell, Summary, SummaryRow, Table};
+pub use csv::{Cell, Table};
 #[cfg(feature = "serde")]
 pub use journal::{Flush, Journal};
 #[cfg(feature = "chart")]
 pub use picture::{Page, Picture};
-pub use vtk::{PvdCollection, PvdEntry, VtkCell, VtkField, VtkGrid, VtkValues};
+pub use vtk::{PvdCollection, VtkCell, VtkField, VtkGrid, VtkValues};
 
 use crate::each::Each;
 use crate::error::OutputError;

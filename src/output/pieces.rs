@@ -96,9 +96,9 @@ impl VtkGrid {
     /// Each of several ranks hands in its own number:
     /// ```
     /// use rkpm::nalgebra::Vector2;
-    /// use rkpm::output::VtkGrid;
+    /// use rkpm::output::{VtkCell, VtkGrid};
     /// # let directory = std::env::temp_dir().join(format!("rkpm-pieces-{}", std::process::id()));
-    /// let grid = VtkGrid::particles(&[Vector2::new(0.0, 0.0), Vector2::new(1.0, 0.0)]);
+    /// let grid = VtkGrid::new(&[Vector2::new(0.0, 0.0), Vector2::new(1.0, 0.0)], vec![VtkCell::Line([0, 1])]);
     /// for rank in 0..2 {
     ///     grid.write_piece(directory.join("cloud.pvtu"), rank, 2)?;
     /// }

@@ -4,7 +4,7 @@
 //! every number arrives with all its bits and a file needs no companion.
 
 use super::{escaped, write_file};
-use crate::each::{Each, EachOf, array_of, list_of};
+use crate::each::{Each, EachOf, array_of};
 use crate::error::OutputError;
 use crate::geometry::Mat3;
 use nalgebra::SVector;
@@ -96,19 +96,13 @@ pub enum VtkValues {
 impl VtkValues {
     /// Number of entries: points or cells, not components.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         match self {
             Self::Integers(values) => values.len(),
             Self::Scalars(values) => values.len(),
             Self::Vectors(values) => values.len(),
             Self::Tensors(values) => values.len(),
         }
-    }
-
-    /// Whether there is no entry.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// VTK's name of the numbers, and how many of them an entry has.
@@ -165,9 +159,9 @@ fn padded<const D: usize>(vector: &SVector<f64, D>) -> [f64; 3] {
 ///
 /// ```
 /// use rkpm::nalgebra::Vector2;
-/// use rkpm::output::{VtkField, VtkGrid};
+/// use rkpm::output::{VtkCell, VtkField, VtkGrid};
 /// let particles = [Vector2::new(0.0, 0.0), Vector2::new(1.0, 0.0)];
-/// let mut grid = VtkGrid::particles(&particles);
+/// let mut grid = VtkGrid::new(&particles, vec![VtkCell::Line([0, 1])]);
 /// grid.point_data.push(VtkField::scalars("pressure", [0.3, 0.4]));
 /// assert!(grid.to_xml()?.contains("Name=\"pressure\""));
 /// # Ok::<(), rkpm::error::OutputError>(())
@@ -189,12 +183,6 @@ impl VtkGrid {
     #[must_use]
     pub fn new<const D: usize>(points: &[SVector<f64, D>], cells: Vec<VtkCell>) -> Self {
         Self { points: points.mapped(padded), cells, ..Self::default() }
-    }
-
-    /// A cloud: each point is a vertex, so that ParaView draws it.
-    #[must_use]
-    pub fn particles<const D: usize>(points: &[SVector<f64, D>]) -> Self {
-        Self::new(points, list_of(points.len(), VtkCell::Vertex))
     }
 
     /// The grid as the text of a `.vtu` file.
@@ -286,11 +274,11 @@ impl VtkGrid {
 
 /// One file of a [`PvdCollection`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct PvdEntry {
+struct PvdEntry {
     /// Time or load factor.
-    pub time: f64,
+    time: f64,
     /// The `.vtu` file.
-    pub file: PathBuf,
+    file: PathBuf,
 }
 
 /// The `.vtu` files of a path, in time or load.
@@ -300,7 +288,7 @@ pub struct PvdEntry {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PvdCollection {
     /// The files, in the order ParaView shall list them.
-    pub entries: Vec<PvdEntry>,
+    entries: Vec<PvdEntry>,
 }
 
 impl PvdCollection {

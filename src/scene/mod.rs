@@ -33,9 +33,9 @@ pub use definition::scene::{Action, Scene};
 pub(crate) use definition::scene::{FIRST, resolve};
 pub use definition::scheme::Scheme;
 pub use definition::scheme_choices::{
-    ApproximationChoice, ConstraintKind, ConstraintMethod, Dilation, Partition, PressureScheme, Resolution, Rule,
-    SolverChoice,
+    ApproximationChoice, ConstraintKind, ConstraintMethod, Dilation, Partition, Rule, SolverChoice,
 };
+pub(crate) use definition::scheme_choices::{PressureScheme, Resolution};
 pub(crate) use definition::source::{BodyCells, BodyOf, Own, Source};
 pub use definition::value::Value;
 pub(crate) use discretisation::approximation::kernel_functions;

@@ -1,7 +1,7 @@
 //! Lagrange finite elements on lattices: the second implementer of [`Approximation`], to compare with.
 
 use crate::cells::BoundaryCells;
-use crate::cells::{Lattice, Locator, Zones, determinant, ravel, unravel};
+use crate::cells::{Lattice, Locator, Zones, area_vector, determinant, ravel, unravel};
 use crate::each::{Each, EachOf, array_of, point_of};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Bounds, Part, Point, Side};
@@ -25,7 +25,7 @@ const QUARTER: f64 = 0.26;
 /// Lagrange elements on a lattice of nodes: order 1 (2-node lines, 4-node quadrilaterals, 8-node
 /// bricks) or order 2 (3, 9, 27 nodes), isoparametric.
 ///
-/// Tables are built from (mesh, rule) by [`ShapeTable::of_elements`](crate::table::ShapeTable::of_elements): a bare point on an edge between elements has two gradients.
+/// Points of tables lie inside elements: one on an edge between elements has two gradients.
 /// With one pressure per element they are Q1/P0, with linear pressures Q2/P1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FiniteElements<const D: usize> {
@@ -37,7 +37,7 @@ pub struct FiniteElements<const D: usize> {
 
 /// Points that know their element.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ElementPoints<const D: usize> {
+pub(crate) struct ElementPoints<const D: usize> {
     /// Positions, weights, normals; one group per element or element face.
     pub points: Points<D>,
     /// Element of each point.
@@ -133,29 +133,16 @@ impl<const D: usize> FiniteElements<D> {
         (0..positions.len()).find(|&node| wrong(node)).map(|node| positions[node])
     }
 
-    /// The lattice of nodes.
-    pub fn lattice(&self) -> &Lattice<D> {
-        &self.lattice
-    }
-
     /// Number of elements.
-    pub fn element_count(&self) -> usize {
+    pub(crate) fn element_count(&self) -> usize {
         self.elements.iter().product()
-    }
-
-    /// Gauss points, `n` per direction in each element, one group per element.
-    ///
-    /// # Errors
-    /// For an impossible number of points or an inverted element.
-    pub fn gauss(&self, n: usize) -> Result<ElementPoints<D>, GeometryError> {
-        self.gauss_in(n, &Zones::single(self.element_count()))
     }
 
     /// Gauss points, `n` per direction in each element, one group per zone of elements.
     ///
     /// # Errors
     /// For an impossible number of points, an inverted element, or zones of other elements.
-    pub fn gauss_in(&self, n: usize, zones: &Zones) -> Result<ElementPoints<D>, GeometryError> {
+    pub(crate) fn gauss_in(&self, n: usize, zones: &Zones) -> Result<ElementPoints<D>, GeometryError> {
         let (abscissae, weights) = gauss_legendre(n)?;
         check_point_count(self.element_count(), n.pow(D as u32))?;
         zones.validate(self.element_count())?;
@@ -184,7 +171,7 @@ impl<const D: usize> FiniteElements<D> {
     ///
     /// # Errors
     /// Where the part does not exist or the number of points is impossible.
-    pub fn boundary(&self, part: &Part, n: usize) -> Result<ElementPoints<D>, GeometryError> {
+    pub(crate) fn boundary(&self, part: &Part, n: usize) -> Result<ElementPoints<D>, GeometryError> {
         self.faces_by(part, &gauss_legendre(n)?, 1)
     }
 
@@ -251,12 +238,7 @@ impl<const D: usize> FiniteElements<D> {
                     let local = point_of::<D>(|i| if i == axis { end } else { abscissae[at[i]] });
                     let weight: f64 = (0..D).filter(|&i| i != axis).map(|i| weights[at[i]]).product();
                     let (position, columns) = self.map(element, &local);
-                    let area = point_of::<D>(|i| {
-                        let mut replaced = columns;
-                        replaced[axis] = Point::zeros();
-                        replaced[axis][i] = 1.0;
-                        determinant(&replaced)
-                    }) * (weight * (2.0 * end - 1.0));
+                    let area = area_vector(axis, &columns) * (weight * (2.0 * end - 1.0));
                     let size = area.norm();
                     out.points.push(position, size);
                     out.points.normals.push(area / size);
@@ -320,23 +302,6 @@ impl<const D: usize> FiniteElements<D> {
         (value, slopes)
     }
 
-    /// Writes the functions of one element at a point of its unit cube, nodes by rising index.
-    ///
-    /// # Errors
-    /// [`ApproximationError::Element`] where there is no such element, [`ApproximationError::Point`] for a point that is not finite.
-    pub fn fill(
-        &self,
-        element: usize,
-        local: &Point<D>,
-        out: &mut ShapeFunctions<D>,
-    ) -> Result<(), ApproximationError> {
-        let elements = self.element_count();
-        ensure!(element < elements, ApproximationError::Element { element, elements });
-        ensure!(local.iter().all(|x| x.is_finite()), ApproximationError::Point { at: local.as_slice().to_vec() });
-        self.write(element, local, out);
-        Ok(())
-    }
-
     /// The same of an element that there is.
     pub(crate) fn write(&self, element: usize, local: &Point<D>, out: &mut ShapeFunctions<D>) {
         let (_, columns) = self.map(element, local);
@@ -363,13 +328,8 @@ fn invert<const D: usize>(m: &nalgebra::SMatrix<f64, D, D>) -> nalgebra::SMatrix
     if det == 0.0 {
         return nalgebra::SMatrix::zeros();
     }
-    nalgebra::SMatrix::from_fn(|i, j| {
-        // Cramer: column i replaced by the j-th unit vector.
-        let mut replaced = columns;
-        replaced[i] = Point::zeros();
-        replaced[i][j] = 1.0;
-        determinant(&replaced) / det
-    })
+    let areas: [Point<D>; D] = array_of(|i| area_vector(i, &columns));
+    nalgebra::SMatrix::from_fn(|i, j| areas[i][j] / det)
 }
 
 impl<const D: usize> Approximation<D> for FiniteElements<D> {

@@ -4,7 +4,8 @@ mod correction;
 mod finite_elements;
 mod reproducing;
 
-pub use finite_elements::{ElementPoints, FiniteElements};
+pub(crate) use finite_elements::ElementPoints;
+pub use finite_elements::FiniteElements;
 pub use reproducing::ReproducingKernel;
 
 use std::any::Any;

@@ -169,7 +169,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
     }
 
     /// The reciprocal condition number below which a point is refused.
-    pub fn rcond_limit(&self) -> f64 {
+    pub(crate) fn rcond_limit(&self) -> f64 {
         self.rcond_limit
     }
 

@@ -313,7 +313,7 @@ impl Solid3 {
     ///
     /// $w(x) = \frac1{4\pi}\int_{\partial\Omega} \frac{n\cdot(y-x)}{|y-x|^3}\mathrm dA_y$; far facets count by their moments
     /// (Barill et al. 2018).
-    pub fn winding_number(&self, x: &Vec3) -> f64 {
+    pub(crate) fn winding_number(&self, x: &Vec3) -> f64 {
         self.tree.winding_number(x)
     }
 

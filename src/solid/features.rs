@@ -1,59 +1,12 @@
-//! Sharp edges, corners, and the smooth patches between them.
-
-use std::collections::HashMap;
+//! The smooth patches between sharp edges.
 
 use crate::each::IntoEach;
-use crate::geometry::{Disjoint, Vec3};
+use crate::geometry::Disjoint;
 
 use super::closed::Solid3;
-use super::edges::{HalfEdge, by_edge, ends, half_edges};
-
-/// Turns of a sharp edge beyond which a vertex on it is a corner, in radians: circles of eight chords have none.
-const TURN: f64 = 1.0;
-
-/// Sharp edges and corners of a surface.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Features {
-    /// Pairs of vertices, the lower one first, rising.
-    pub edges: Vec<[u32; 2]>,
-    /// Vertices where sharp edges end, meet or bend by more than one radian, and tips without sharp edges; rising.
-    pub corners: Vec<u32>,
-}
+use super::edges::{HalfEdge, by_edge, half_edges};
 
 impl Solid3 {
-    /// Edges at which the normals of the facets differ by more than `angle` \[rad\], or more than two facets meet, and corners.
-    pub fn features(&self, angle: f64) -> Features {
-        let mut edges = Vec::new();
-        let mut along: HashMap<u32, Vec<Vec3>> = HashMap::new();
-        for group in by_edge(&self.half_edges()).filter(|group| self.is_sharp(group, angle)) {
-            let [a, b] = ends(group[0].key);
-            let way = (self.vertices[b as usize] - self.vertices[a as usize]).normalize();
-            edges.push([a, b]);
-            along.entry(a).or_default().push(way);
-            along.entry(b).or_default().push(-way);
-        }
-        let mut sum = vec![Vec3::zeros(); self.vertices.len()];
-        for (facet, normal) in self.facets.iter().zip(&self.normals) {
-            facet.iter().for_each(|&vertex| sum[vertex as usize] += normal);
-        }
-        let mut is_corner = vec![false; self.vertices.len()];
-        for (facet, normal) in self.facets.iter().zip(&self.normals) {
-            for &vertex in facet {
-                // A tip: the normals around it lie wide of their mean.
-                let tip = !along.contains_key(&vertex) && sum[vertex as usize].angle(normal) > angle;
-                is_corner[vertex as usize] |= tip;
-            }
-        }
-        for (&vertex, ways) in &along {
-            is_corner[vertex as usize] = match ways[..] {
-                [a, b] => std::f64::consts::PI - a.angle(&b) > TURN,
-                _ => true,
-            };
-        }
-        let corners = (0..self.vertices.len() as u32).filter(|&vertex| is_corner[vertex as usize]).collect();
-        Features { edges, corners }
-    }
-
     /// The smooth patches between edges at which normals differ by more than `angle` \[rad\], each by its facets, the largest
     /// patch first.
     pub fn patches(&self, angle: f64) -> Vec<Vec<u32>> {

@@ -78,9 +78,4 @@ impl SurfaceFlaws {
         }
         Ok(flaws)
     }
-
-    /// Whether nothing was found.
-    pub fn is_empty(&self) -> bool {
-        *self == SurfaceFlaws::default()
-    }
 }

@@ -21,7 +21,6 @@ mod walls;
 mod weld;
 
 pub use closed::{Closest, Solid3};
-pub use features::Features;
 pub use flaws::SurfaceFlaws;
 pub use select::Select;
 pub use shape::Shape;

@@ -65,7 +65,7 @@ impl Equilibrium<'_> {
         let secant = secant(low, high);
         let half = 0.5 * (secant.value(&low.displacement) + secant.value(&high.displacement));
         // The mean of both, condensed unknowns included.
-        let mut middle = self.predict_own(low, high, -0.5);
+        let mut middle = self.predict(low, high, -0.5);
         let control = Control::Functional(&secant, half);
         let attempt = Attempt { control, predicted: true, largest_first_step: f64::INFINITY };
         self.newton(newton, &mut middle, &attempt, observer).ok()?;

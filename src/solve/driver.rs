@@ -1,7 +1,6 @@
 //! What is controlled where the load factor is an unknown, and where attempts start.
 
 use crate::each::Each;
-use crate::error::SolveError;
 use crate::term::parted_mut;
 
 use super::equilibrium::Equilibrium;
@@ -47,18 +46,7 @@ impl Equilibrium<'_> {
         if self.apply(&step, 1.0, &mut ahead).is_ok() { ahead } else { state.clone() }
     }
 
-    /// Extrapolates linearly from two states by `ratio` times the step from the first to the second, or as much of that as is admissible;
-    /// what is remembered is that of the second.
-    ///
-    /// # Errors
-    /// For states of another problem.
-    pub fn predict(&self, before: &State, state: &State, ratio: f64) -> Result<State, SolveError> {
-        before.check_lengths(self.model, self.equations)?;
-        state.check_lengths(self.model, self.equations)?;
-        Ok(self.predict_own(before, state, ratio))
-    }
-
-    pub(super) fn predict_own(&self, before: &State, state: &State, ratio: f64) -> State {
+    pub(super) fn predict(&self, before: &State, state: &State, ratio: f64) -> State {
         let mut predicted = state.clone();
         let step: Vec<f64> = state.displacement.paired(&before.displacement, |now, then| ratio * (now - then));
         let mut unused: Vec<Vec<f64>> = state.condensed.mapped(|l| vec![0.0; l.len()]);

@@ -123,8 +123,8 @@ impl<'a> Equilibrium<'a> {
             product: Box::new(|zone, x, product| model.multiply_zone(zone, x, product)),
             system: System::default(),
             values: Vec::new(),
-            violation: vec![0.0; equations.len()],
-            multipliers: vec![0.0; equations.len()],
+            violation: vec![0.0; equations.equations().len()],
+            multipliers: vec![0.0; equations.equations().len()],
             load: 0.0,
             condensed: Vec::new(),
             extent: extent(model),
@@ -206,7 +206,7 @@ impl<'a> Equilibrium<'a> {
     pub fn apply(&mut self, step: &Increment, part: f64, state: &mut State) -> Result<Applied, Cause> {
         state.check_lengths(self.model, self.equations)?;
         self.check("displacement of a step", step.displacement.len(), self.model.unknowns())?;
-        self.check("multipliers of a step", step.multipliers.len(), self.equations.len())?;
+        self.check("multipliers of a step", step.multipliers.len(), self.equations.equations().len())?;
         if !step.kept.is_empty() {
             self.check("pressures of a step", step.kept.len(), self.system.zones.len())?;
         }
@@ -268,24 +268,11 @@ impl<'a> Equilibrium<'a> {
 
     /// Writes the multipliers of a converged state, for strategies whose multipliers are no unknowns.
     pub(super) fn react(&mut self, state: &mut State) {
-        if self.equations.is_empty() {
+        if self.equations.equations().is_empty() {
             return;
         }
         let residual = self.model.at_own(&*state).residual();
         self.reduction.react(&residual, &mut state.multipliers);
-    }
-
-    /// The error that a step of time from an accepted state to a converged one leaves in the stress, relative to the stress (root of the
-    /// mean squares over the body), before it is [committed](Equilibrium::commit); with the accepted state before, where loads had no
-    /// break point since, it is told from both steps. 0 without materials that relax.
-    ///
-    /// # Errors
-    /// For states of another problem.
-    pub fn time_error(&self, earlier: Option<&State>, state: &State) -> Result<f64, SolveError> {
-        for state in earlier.into_iter().chain([state]) {
-            state.check_lengths(self.model, self.equations)?;
-        }
-        Ok(self.model.at_own(state).time_error(earlier.map(|earlier| &earlier.condensed[..])))
     }
 
     /// The farthest load factor on the way from one to another that a single step may go to: loads have break points, prescribed motions
@@ -306,7 +293,7 @@ impl<'a> Equilibrium<'a> {
     }
 
     /// The largest $|\nabla u|$ of a displacement: how far from linear a step is; NaN for a list of another length than this problem has.
-    pub fn largest_gradient(&self, displacement: &[f64]) -> f64 {
+    pub(crate) fn largest_gradient(&self, displacement: &[f64]) -> f64 {
         if displacement.len() == self.model.unknowns() { self.model.largest_gradient(displacement) } else { f64::NAN }
     }
 

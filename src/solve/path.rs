@@ -191,12 +191,14 @@ pub struct EquilibriumPath {
     pub rejected: usize,
 }
 
-impl EquilibriumPath {
+impl From<State> for EquilibriumPath {
     /// A path that has yet to take its first step.
-    pub fn new(start: State) -> Self {
+    fn from(start: State) -> Self {
         EquilibriumPath { start, steps: Vec::new(), ending: Ending::Interrupted, iterations: 0, rejected: 0 }
     }
+}
 
+impl EquilibriumPath {
     /// Iterations and rejected attempts up to the last step.
     pub(crate) fn spent(&self) -> (usize, usize) {
         // Far below overflow, whatever a damaged record says: a resumed run counts on from here.

@@ -25,25 +25,11 @@ impl Analysis {
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
         let start = State::at_rest(model, equations);
-        self.run_from(model, equations, start, observer)
+        self.follow_load(model, equations, start.into(), observer)
     }
 
-    /// Follows the load factor from that of a given state to 1.
-    ///
-    /// # Errors
-    /// As [`run`](Analysis::run), and where the state does not fit the model, is inverted, or lies beyond load factor 1.
-    pub fn run_from(
-        &self,
-        model: &Model,
-        equations: &Constraints,
-        start: State,
-        observer: &mut dyn Observer,
-    ) -> Result<EquilibriumPath, Error> {
-        self.resume(model, equations, EquilibriumPath::new(start), observer)
-    }
-
-    /// Goes on from the last step of a path that [`run`](Analysis::run) or [`run_from`](Analysis::run_from)
-    /// left unfinished, with the same bits as if it had never been broken off (on the same machine and build).
+    /// Goes on from the last step of a path that [`run`](Analysis::run) left unfinished, with the same bits as if it had never been
+    /// broken off (on the same machine and build), or begins at a given state: follows the load factor to 1.
     ///
     /// The path comes back with the new steps behind the old ones; only the first and the last three of its states
     /// are used. A path that has reached its last load comes back as it is. Nothing but the path is needed:
@@ -51,9 +37,20 @@ impl Analysis {
     /// first run, model and conditions may not.
     ///
     /// # Errors
-    /// As [`run_from`](Analysis::run_from), and where the last state of the path is no equilibrium of this model under
-    /// these conditions, or has another energy than was recorded: the path is that of another problem.
+    /// As [`run`](Analysis::run), and where a state does not fit the model, is inverted, or lies beyond load factor 1, where the last
+    /// state of the path is no equilibrium of this model under these conditions, or has another energy than was recorded: the path is
+    /// that of another problem.
     pub fn resume(
+        &self,
+        model: &Model,
+        equations: &Constraints,
+        path: impl Into<EquilibriumPath>,
+        observer: &mut dyn Observer,
+    ) -> Result<EquilibriumPath, Error> {
+        self.follow_load(model, equations, path.into(), observer)
+    }
+
+    fn follow_load(
         &self,
         model: &Model,
         equations: &Constraints,
@@ -85,31 +82,27 @@ impl Analysis {
         Ok(run.path)
     }
 
-    /// Follows a functional of the displacement through the given values; the load factor is unknown and
-    /// may pass limit points or end anywhere.
+    /// Follows a functional of the displacement through the given values, from a given state or the last step of a path that was left
+    /// unfinished, as [`resume`](Analysis::resume) does; the load factor is unknown and may pass limit points or end anywhere. To go on,
+    /// give the functional and targets of the first run.
     ///
     /// Values between two targets are inserted by halving where Newton needs them; they are part of the path.
     ///
     /// # Errors
-    /// As [`run_from`](Analysis::run_from).
+    /// As [`resume`](Analysis::resume).
     pub fn run_controlled(
         &self,
         model: &Model,
         equations: &Constraints,
-        start: State,
+        path: impl Into<EquilibriumPath>,
         functional: &dyn Functional,
         targets: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
-        self.resume_controlled(model, equations, EquilibriumPath::new(start), functional, targets, observer)
+        self.follow_targets(model, equations, path.into(), functional, targets, observer)
     }
 
-    /// Goes on from the last step of a path that [`run_controlled`](Analysis::run_controlled) left unfinished, as
-    /// [`resume`](Analysis::resume) does; functional and targets are those of the first run.
-    ///
-    /// # Errors
-    /// As [`run_controlled`](Analysis::run_controlled).
-    pub fn resume_controlled(
+    fn follow_targets(
         &self,
         model: &Model,
         equations: &Constraints,
@@ -162,7 +155,7 @@ impl Analysis {
     /// A guess that is too far away gives a stalled path without steps.
     ///
     /// # Errors
-    /// As [`run_from`](Analysis::run_from).
+    /// As [`resume`](Analysis::resume).
     pub fn correct(
         &self,
         model: &Model,
@@ -170,7 +163,7 @@ impl Analysis {
         guess: State,
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
-        let (load, path) = (guess.load, EquilibriumPath::new(guess));
+        let (load, path) = (guess.load, EquilibriumPath::from(guess));
         self.validate(model, equations, &path)?;
         let mut run = Continuation::new(self, model, equations, path, observer)?;
         run.correct(load);

@@ -74,7 +74,7 @@ impl Equilibrium<'_> {
 
     fn solve_as(&mut self, rhs: Rhs<'_>, kept: Kept) -> Result<Increment, Cause> {
         let negative = |all: &[f64]| all.mapped(|x| -x);
-        let (unknowns, equations) = (self.model.unknowns(), self.equations.len());
+        let (unknowns, equations) = (self.model.unknowns(), self.equations.equations().len());
         let (force, jump) = match rhs {
             Rhs::Residual => (negative(&self.system.residual), self.violation.clone()),
             Rhs::Load => {
@@ -214,7 +214,7 @@ impl Equilibrium<'_> {
     /// Writes the product of the skew part with a reduced vector.
     fn skew_product(&self, x: &[f64], product: &mut Vec<f64>) {
         let (mut full, mut moved) = (vec![0.0; self.model.unknowns()], vec![0.0; self.model.unknowns()]);
-        let zeros = vec![0.0; self.equations.len()];
+        let zeros = vec![0.0; self.equations.equations().len()];
         self.reduction.recover(x, &zeros, &mut full, &mut zeros.clone());
         self.system.skew_multiply_add(&full, &mut moved);
         self.reduction.project(&moved, product);
@@ -229,7 +229,7 @@ impl Equilibrium<'_> {
         // From anything that has a part of all modes.
         let unknowns = self.model.unknowns();
         let mut mode: Vec<f64> = list_of(unknowns, |k| ((k + 1) as f64 * GOLDEN).fract() - 0.5);
-        let (mut reduced_mode, zeros) = (Vec::new(), vec![0.0; self.equations.len()]);
+        let (mut reduced_mode, zeros) = (Vec::new(), vec![0.0; self.equations.equations().len()]);
         let mut unused = zeros.clone();
         for _ in 0..INVERSE_ITERATIONS {
             self.reduction.project(&mode, &mut reduced_mode);

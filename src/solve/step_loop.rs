@@ -72,7 +72,7 @@ impl Continuation<'_, '_> {
     pub(super) fn predicted(&self, ratio: f64) -> State {
         match &self.previous {
             Some(previous) if self.analysis.stepping.predict && ratio.is_finite() => {
-                self.equilibrium.predict_own(previous, &self.state, ratio)
+                self.equilibrium.predict(previous, &self.state, ratio)
             }
             _ => self.state.clone(),
         }
@@ -104,7 +104,7 @@ impl Continuation<'_, '_> {
             let step = between(previous, &self.state) / between(before, previous);
             (step > 0.0 && step.is_finite()).then(|| bent([before, previous, &self.state], ratio, step))
         });
-        self.equilibrium.predict_own(bent.as_ref().unwrap_or(previous), &self.state, ratio)
+        self.equilibrium.predict(bent.as_ref().unwrap_or(previous), &self.state, ratio)
     }
 
     /// A step of the load factor in terms of the last one; 0 before there is one.

@@ -181,7 +181,7 @@ impl<'a> StepRule<'a> {
         if state.load > 1.0 {
             // Overshot: the full load lies between the current state and this one.
             let part = (1.0 - run.state.load) / (state.load - run.state.load);
-            let start = run.equilibrium.predict_own(&run.state, &state, part - 1.0);
+            let start = run.equilibrium.predict(&run.state, &state, part - 1.0);
             return run.attempt(start, Control::Load(1.0));
         }
         Ok((iterations, state))

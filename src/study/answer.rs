@@ -21,11 +21,6 @@ pub struct Tolerance<const D: usize> {
 }
 
 impl<const D: usize> Tolerance<D> {
-    /// The stored energy to a relative error.
-    pub fn energy(error: f64) -> Self {
-        Tolerance::of(Quantity::energy(), error)
-    }
-
     /// A quantity to a relative error.
     pub fn of(quantity: Quantity<D>, error: f64) -> Self {
         Tolerance { error, quantities: vec![quantity] }
@@ -129,7 +124,7 @@ pub struct Answer<const D: usize> {
 
 impl<const D: usize> Answer<D> {
     /// Values of the quantities requested, $q_n + c$: those of the model and their extrapolation
-    /// ([`Level::corrections`], [`Scene::solve_within_observed`](crate::scene::Scene::solve_within_observed)), to which
+    /// ([`Level::corrections`], [`Scene::solve_within_by`](crate::scene::Scene::solve_within_by)), to which
     /// [`bound`](Answer::bound) refers. Fields and forces of [`problem`](Answer::problem) are those of the model alone.
     pub fn values(&self) -> &[f64] {
         &self.values

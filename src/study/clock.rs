@@ -23,12 +23,7 @@ pub struct Phases {
     pub assemble: f64,
 }
 
-impl Phases {
-    /// Seconds of the whole analysis, from particles to the last state.
-    pub fn total(&self) -> f64 {
-        self.discretize + self.analyze + self.factorize + self.solve + self.assemble
-    }
-}
+impl Phases {}
 
 /// Nanoseconds spent in the linear solver, and the size of what it was given.
 #[derive(Debug, Default)]

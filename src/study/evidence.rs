@@ -42,7 +42,7 @@ pub(super) fn difference_bound<const D: usize>(
     tolerance: &Tolerance<D>,
     history: &[Level],
 ) -> Result<DifferenceBound, Error> {
-    let clusters = fine.problem.discrete_bodies().iter().map(|body| body.body().table().clusters().len());
+    let clusters = fine.problem.discrete_bodies().iter().map(|body| body.body().table().clusters().count());
     let mut zones = vec![0.0; clusters.sum()];
     let (Some(before), Some(now)) = (coarse.levels.last(), fine.levels.last()) else {
         return Ok(DifferenceBound { most: f64::INFINITY, zones, weighted: Vec::new() });
@@ -129,7 +129,7 @@ impl<'a, const D: usize> Changes<'a, D> {
             let body = member.body();
             let pressures = match (member.pressures(number, state), carry.from.pressures(carry.number, old)) {
                 (Some(new), Some(old)) => difference(&new, &carry.at_points(&old)),
-                _ => vec![0.0; body.table().len()],
+                _ => vec![0.0; body.table().point_count()],
             };
             // By the tangent at the finer state: the coarser one, laid over the finer points, may be inverted beside corners, where
             // a stress of it says nothing.
@@ -166,7 +166,7 @@ impl<'a, const D: usize> Changes<'a, D> {
             let pressures =
                 match (dual_pressures(self.fine, number, new), dual_pressures(self.coarse, carry.number, old)) {
                     (Some(new), Some(old)) => difference(&new, &carry.at_points(&old)),
-                    _ => vec![0.0; table.len()],
+                    _ => vec![0.0; table.point_count()],
                 };
             let clusters = table.clusters();
             let part = |point: usize| {
@@ -177,7 +177,7 @@ impl<'a, const D: usize> Changes<'a, D> {
                 let dual_pressure = pressures[point] - half * pressure;
                 table.weights()[point] * (of_dual + dual_pressure * (volume - give * pressure))
             };
-            sums.extend((0..clusters.len()).map(|cluster| clusters.points(cluster).map(part).sum::<f64>().abs()));
+            sums.extend((0..clusters.count()).map(|cluster| clusters.points(cluster).map(part).sum::<f64>().abs()));
         }
         Ok(Some(sums))
     }
@@ -246,8 +246,8 @@ impl<'a, const D: usize> Carry<'a, D> {
         let given = given.into_mapped(|psi| psi.shifted(from.nodes().start));
         let table = from.body().table();
         let nearest = BoxTree::of(table.positions());
-        let mut of = vec![0; table.len()];
-        for cluster in 0..table.clusters().len() {
+        let mut of = vec![0; table.point_count()];
+        for cluster in 0..table.clusters().count() {
             of[table.clusters().points(cluster)].fill(cluster);
         }
         let positions = to.body().table().positions();
@@ -263,7 +263,7 @@ impl<'a, const D: usize> Carry<'a, D> {
     /// Values at the points of one table at those of the other, by linear functions in each cluster.
     fn at_points(&self, values: &[f64]) -> Vec<f64> {
         let table = self.from.body().table();
-        let fits: Vec<_> = list_of(table.clusters().len(), |cluster| {
+        let fits: Vec<_> = list_of(table.clusters().count(), |cluster| {
             linear(table.clusters().points(cluster).map(|point| (table.positions()[point], values[point])))
         });
         let at = |(x, &cluster): (&Point<D>, &usize)| {

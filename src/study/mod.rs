@@ -24,7 +24,6 @@
 mod answer;
 mod assembled;
 mod clock;
-mod dilation;
 mod effects;
 mod evidence;
 mod extrapolation;
@@ -41,7 +40,6 @@ mod work_precision;
 
 pub use answer::{Answer, Budget, Level, Tolerance, Verdict};
 pub use clock::Phases;
-pub use dilation::{BestDilation, Trial, best_dilation, potential};
 pub use effects::Effect;
 pub use progress::Progress;
 pub use quantity::Quantity;

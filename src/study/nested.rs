@@ -25,7 +25,7 @@ pub(super) fn check<const D: usize>(tolerance: &Tolerance<D>) -> Result<(), Erro
         !tolerance.quantities.is_empty(),
         SolveError::Empty {
             what: "quantities of a tolerance",
-            remedy: "name at least one quantity; Tolerance::energy is one"
+            remedy: "name at least one quantity; Quantity::energy is one"
         }
     );
     Ok(tolerance.quantities.iter().try_for_each(Quantity::check_size)?)

@@ -26,7 +26,7 @@ use super::strategy::RUNAWAY;
 /// let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
 ///     .hold((0, Side::Min)).traction((0, Side::Max), [0.0, 0.01]);
 /// let requested = Tolerance::of(Quantity::energy(), 0.01);
-/// let answer = scene.solve_within_observed(&[Scheme::default()], &requested, Budget::default(), &mut One)?;
+/// let answer = scene.solve_within_by(&[Scheme::default()], &requested, Budget::default(), &mut One)?;
 /// assert!(matches!(answer.verdict, Verdict::NotReached(_)) && answer.levels.len() == 1);
 /// # Ok::<(), rkpm::Error>(())
 /// ```

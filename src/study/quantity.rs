@@ -200,7 +200,7 @@ impl<const D: usize> Quantity<D> {
     /// virtual work moves along them.
     pub(super) fn dual_problem(&self, problem: &Problem<D>, state: &State) -> Result<Option<Dual>, Error> {
         let mut force = vec![0.0; problem.model.unknowns()];
-        let mut gap = vec![0.0; problem.equations.len()];
+        let mut gap = vec![0.0; problem.equations.equations().len()];
         match &self.kind {
             Kind::Other => return Ok(None),
             // Refused by `evaluate`.
@@ -222,7 +222,7 @@ impl<const D: usize> Quantity<D> {
             Kind::Volume => {
                 for member in problem.discrete_bodies() {
                     let (body, table) = (member.body(), member.body().table());
-                    for point in 0..table.len() {
+                    for point in 0..table.point_count() {
                         let f = body.deformation_gradient(point, &state.displacement);
                         let slope = cofactor(&f) * table.weights()[point];
                         table.add_stress(point, &slope, &mut force);
@@ -276,7 +276,7 @@ fn is_stressless<const D: usize>(problem: &Problem<D>, state: &State) -> Result<
     for (number, member) in problem.discrete_bodies().iter().enumerate() {
         let Some(view) = state.view(number) else { continue };
         let moduli = member.body().material().initial_moduli();
-        for point in 0..member.body().table().len() {
+        for point in 0..member.body().table().point_count() {
             let f = member.body().deformation_in(point, view);
             let stress = member.body().stress(point, &f, view).norm() / (moduli.shear + moduli.bulk.max(0.0));
             // A stress that is none is not nothing.

@@ -10,7 +10,7 @@ use crate::scene::{Scene, Scheme};
 
 use super::answer::{Answer, Budget, Tolerance};
 use super::nested::check;
-use super::progress::{Limits, Progress};
+use super::progress::Limits;
 use super::sides::THIN;
 use super::sizing::search;
 use super::strategy::{Found, Model, Next, Strategy};
@@ -24,7 +24,7 @@ impl Scene<2> {
     /// Solves the scene within a tolerance on macro cells that are refined one by one where the error is, by request: never chosen by
     /// itself, since thin bodies need other cells.
     ///
-    /// Bounds and their order are those of [`solve_within_observed`](Scene::solve_within_observed): each model has every macro cell of
+    /// Bounds and their order are those of [`solve_within_by`](Scene::solve_within_by): each model has every macro cell of
     /// a coarser one cut into four, and is compared with that. The parts of $\eta$ of the four zones in place of a macro
     /// cell are its indicator. The macro cells of the coarser model with the largest ones that sum to half of all are cut, neighbours so
     /// that they differ by one halving at most; cells are no smaller than 1/16 of the coarsest ones of the answer's model.
@@ -51,20 +51,6 @@ impl Scene<2> {
         tolerance: &Tolerance<2>,
         budget: Budget,
     ) -> Result<Answer<2>, Error> {
-        self.solve_within_locally_observed(scheme, tolerance, budget, &mut ())
-    }
-
-    /// As [`solve_within_locally`](Scene::solve_within_locally), watched.
-    ///
-    /// # Errors
-    /// As [`solve_within_locally`](Scene::solve_within_locally).
-    pub fn solve_within_locally_observed(
-        &self,
-        scheme: &Scheme,
-        tolerance: &Tolerance<2>,
-        budget: Budget,
-        watch: &mut dyn Progress,
-    ) -> Result<Answer<2>, Error> {
         check(tolerance)?;
         let refused = |with, remedy| Err(Incompatible::new("local refinement", with, remedy).into());
         let (Some(lengths), Some(domain)) = (self.side_lengths(), self.domain()) else {
@@ -81,7 +67,7 @@ impl Scene<2> {
         let cells = Refined::new(domain, lengths.each(even))?;
         let local = Local { scene: self, scheme, cells, parents: Vec::new() };
         let start = Instant::now();
-        search(local, tolerance, budget, &mut Limits::new(watch, budget, &|| start.elapsed()))
+        search(local, tolerance, budget, &mut Limits::new(&mut (), budget, &|| start.elapsed()))
     }
 }
 
@@ -103,7 +89,7 @@ impl Local<'_> {
 
     /// What each macro cell of the coarser model contributes; nothing where it can't be cut any more.
     fn indicators(&self, zones: &[f64]) -> Vec<f64> {
-        let mut indicators = vec![0.0; self.cells.macro_count()];
+        let mut indicators = vec![0.0; self.cells.refinable().count()];
         // Zones are macro cells, or parts of them in their order.
         for (zone, part) in zones.iter().enumerate() {
             indicators[self.parents[zone * self.parents.len() / zones.len()]] += part;
@@ -129,7 +115,7 @@ impl Strategy<2> for Local<'_> {
             }
             self.cells = self.cells.refined(&marked).map_err(refused)?;
         }
-        let all: Vec<usize> = (0..self.cells.macro_count()).collect();
+        let all: Vec<usize> = (0..self.cells.refinable().count()).collect();
         let fine = self.cells.refined(&all).map_err(refused)?;
         self.parents = self.cells.parents(&fine);
         let coarse = (!found.first).then(|| self.model(self.cells.clone()));

@@ -25,7 +25,7 @@ const EXACT: f64 = 1e-10;
 impl<const D: usize> Scene<D> {
     /// Solves the scene with the cheapest model found sufficient: finite elements of order 2 on blocks and mapped blocks, the default
     /// scheme's particles where those fail, in one dimension, on drawn shapes and meshes, and for several bodies; see
-    /// [`solve_within_observed`](Scene::solve_within_observed).
+    /// [`solve_within_by`](Scene::solve_within_by).
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -48,27 +48,13 @@ impl<const D: usize> Scene<D> {
     /// ```
     ///
     /// # Errors
-    /// As [`solve_within_observed`](Scene::solve_within_observed).
+    /// As [`solve_within_by`](Scene::solve_within_by).
     pub fn solve_within(&self, tolerance: &Tolerance<D>, budget: Budget) -> Result<Answer<D>, Error> {
         // In one dimension nothing is cheap or dear.
         if D == 1 || self.domain().is_none() {
-            return self.solve_within_by(&Scheme::default(), tolerance, budget);
+            return self.solve_within_by(&[Scheme::default()], tolerance, budget, &mut ());
         }
-        self.solve_within_observed(&[Scheme::elements(2), Scheme::default()], tolerance, budget, &mut ())
-    }
-
-    /// Solves the scene with the cheapest model found sufficient under a scheme, whose number of particles
-    /// is chosen here, for bodies with schemes of their own too; see [`solve_within_observed`](Scene::solve_within_observed).
-    ///
-    /// # Errors
-    /// As [`solve_within_observed`](Scene::solve_within_observed).
-    pub fn solve_within_by(
-        &self,
-        scheme: &Scheme,
-        tolerance: &Tolerance<D>,
-        budget: Budget,
-    ) -> Result<Answer<D>, Error> {
-        self.solve_within_observed(std::slice::from_ref(scheme), tolerance, budget, &mut ())
+        self.solve_within_by(&[Scheme::elements(2), Scheme::default()], tolerance, budget, &mut ())
     }
 
     /// Solves the scene with the cheapest model found sufficient under the first scheme that reaches the tolerance, and tells each
@@ -108,7 +94,7 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// For a tolerance that is not between 0 and 1 or asks for nothing, and where a model can't be built or
     /// the coarsest one can't be solved.
-    pub fn solve_within_observed(
+    pub fn solve_within_by(
         &self,
         schemes: &[Scheme],
         tolerance: &Tolerance<D>,

@@ -221,7 +221,7 @@ impl<const D: usize> WorkPrecision<D> {
         run.particles = problem.model().node_count();
         run.unknowns = count(&meter.unknowns);
         let tables = || problem.discrete_bodies().iter().map(|body| body.body().table());
-        run.points = tables().map(|table| table.len()).sum();
+        run.points = tables().map(|table| table.point_count()).sum();
         // A value and a row index per entry.
         run.bytes = tables().map(|table| table.bytes()).sum::<usize>() + 12 * count(&meter.entries);
         run.steps = path.steps.len();

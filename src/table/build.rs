@@ -243,7 +243,7 @@ mod tests {
         // The first two rows share a list.
         assert_eq!(rows.nodes.len(), 9);
         assert_eq!(rows.starts, [0, 3, 6, 9, 10]);
-        assert_eq!(clusters.len(), 3);
+        assert_eq!(clusters.count(), 3);
         assert_eq!(clusters.nodes(0), [0, 1, 4, 6, 9]);
         assert!(clusters.nodes(1).is_empty());
         assert_eq!(clusters.nodes(2), [2, 3, 7]);

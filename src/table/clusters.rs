@@ -44,13 +44,8 @@ impl Clusters {
     }
 
     /// Number of clusters.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.points.len().saturating_sub(1)
-    }
-
-    /// Whether there is no cluster.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// The points of a cluster; none where there is no such cluster.

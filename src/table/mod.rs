@@ -18,7 +18,7 @@ pub(crate) use gradient::displacement_gradient;
 
 use crate::cells::Smoothing;
 use crate::each::{Each, sum_of};
-use crate::error::{ApproximationError, Error, GeometryError, Invalid};
+use crate::error::{ApproximationError, Error, Invalid};
 use crate::geometry::{Mat3, Point};
 use crate::kinematics::Kinematics;
 use crate::quadrature::Points;
@@ -52,10 +52,6 @@ pub struct ShapeTable<const D: usize> {
     rest: Vec<f64>,
 }
 
-/// What [`ShapeTable::tabulate`] takes: writes the shape functions at a point, given by its number, with buffers that are its own.
-pub type Evaluate<'a, const D: usize> =
-    dyn Fn(&mut Scratch, usize, &mut ShapeFunctions<D>) -> Result<(), ApproximationError> + Sync + 'a;
-
 impl<const D: usize> ShapeTable<D> {
     /// Tabulates an approximation at points; weights get the factor of the kinematics.
     ///
@@ -72,8 +68,8 @@ impl<const D: usize> ShapeTable<D> {
         })
     }
 
-    /// Tabulates whatever `evaluate(scratch, point, out)` gives; the way in for approximations that know
-    /// more of a point than its position (the element it lies in).
+    /// Tabulates whatever `evaluate(scratch, point, out)` writes of a point, given by its number, with buffers of its own; the way in
+    /// for approximations that know more of a point than its position (the element it lies in).
     ///
     /// # Errors
     /// Those of `evaluate`, and where a hoop is needed at $R \le 0$ with a weight.
@@ -81,7 +77,7 @@ impl<const D: usize> ShapeTable<D> {
         node_count: usize,
         points: &Points<D>,
         kinematics: &dyn Kinematics<D>,
-        evaluate: &Evaluate<'_, D>,
+        evaluate: &(dyn Fn(&mut Scratch, usize, &mut ShapeFunctions<D>) -> Result<(), ApproximationError> + Sync),
     ) -> Result<Self, Error> {
         points.validate()?;
         let hoops = crate::kinematics::hoop_components(kinematics)?;
@@ -122,24 +118,14 @@ impl<const D: usize> ShapeTable<D> {
     ///
     /// # Errors
     /// Where a hoop is needed at $R < 0$.
-    pub fn of_elements(
+    pub(crate) fn of_elements(
         elements: &FiniteElements<D>,
         points: &ElementPoints<D>,
         kinematics: &dyn Kinematics<D>,
     ) -> Result<Self, Error> {
-        for (what, given) in [("elements of points", points.elements.len()), ("local coordinates", points.local.len())]
-        {
-            ensure!(
-                given == points.points.positions.len(),
-                GeometryError::Count { what, count: given, needed: "give one for each point" }
-            );
-        }
-        if let Some(&element) = points.elements.iter().find(|&&e| e >= elements.element_count()) {
-            let needed = "name elements that exist, counted from 0";
-            return Err(GeometryError::Count { what: "element of a point", count: element, needed }.into());
-        }
         ShapeTable::tabulate(elements.nodes().len(), &points.points, kinematics, &|_, point, psi| {
-            elements.fill(points.elements[point], &points.local[point], psi)
+            elements.write(points.elements[point], &points.local[point], psi);
+            Ok(())
         })
     }
 
@@ -185,7 +171,7 @@ impl<const D: usize> ShapeTable<D> {
     /// rule, and quadratic fields have their exact gradients where the interior points integrate their moments (degree 2,
     /// in bodies of revolution 3). Averages are the same with $q = 1$ alone and have the second order, whatever the basis.
     /// In the plane one sub-cell for each cell sees all deformations. In space, where a linear gradient in a brick leaves
-    /// three of them unseen, each sub-cell with eight interior points has $q = (1, x, y, z, xy, yz, zx, xyz)$.
+    /// three of them unseen, each sub-cell with eight interior points or more has $q = (1, x, y, z, xy, yz, zx, xyz)$.
     /// Values are not stored: loads have tables of their own. Conditions of this kind: J. S. Chen, M. Hillman and
     /// M. Rüter, *Int. J. Numer. Meth. Engng* 95 (2013) 387–418; Q. Duan, X. Li, H. Zhang and T. Belytschko, *ibid.* 92
     /// (2012) 399–424.
@@ -246,13 +232,8 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// Number of points.
-    pub fn len(&self) -> usize {
+    pub fn point_count(&self) -> usize {
         self.weights.len()
-    }
-
-    /// Whether there is no point.
-    pub fn is_empty(&self) -> bool {
-        self.weights.is_empty()
     }
 
     /// Number of nodes of the approximation.
@@ -292,7 +273,7 @@ impl<const D: usize> ShapeTable<D> {
 
     /// Gradient slots: $D$, and one for the hoop where there is one.
     #[inline]
-    pub fn gradient_components(&self) -> usize {
+    pub(crate) fn gradient_components(&self) -> usize {
         self.slots
     }
 
@@ -365,7 +346,7 @@ impl<const D: usize> ShapeTable<D> {
     /// Whether there is such a point, and coefficients for all nodes.
     #[inline]
     fn reads(&self, point: usize, d: &[f64]) -> bool {
-        point < self.len() && d.len() >= self.node_count * D
+        point < self.point_count() && d.len() >= self.node_count * D
     }
 
     /// The displacement $u = \sum_I \Psi_I d_I$ at a point; zero in smoothed tables, which hold no values. NaN where

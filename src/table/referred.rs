@@ -36,13 +36,13 @@ impl<const D: usize> ShapeTable<D> {
 
     /// Gives each point gradients of its own.
     fn separate(&mut self) {
-        let entries: usize = (0..self.len()).map(|point| self.entries(point).len()).sum();
+        let entries: usize = (0..self.point_count()).map(|point| self.entries(point).len()).sum();
         if !self.values.is_empty() || entries * self.slots == self.gradients.len() {
             return;
         }
         let mut gradients = Vec::with_capacity(entries * self.slots);
-        let (mut starts, mut end) = (Vec::with_capacity(self.len()), 0);
-        for point in 0..self.len() {
+        let (mut starts, mut end) = (Vec::with_capacity(self.point_count()), 0);
+        for point in 0..self.point_count() {
             gradients.extend_from_slice(self.gradients(point));
             starts.push(end);
             end += self.nodes(point).len();
@@ -72,7 +72,7 @@ impl<const D: usize> ShapeTable<D> {
         ensure!(given >= needed, SolveError::Length { what: "displacement to push a table forward by", given, needed });
         let mut current = self.clone();
         current.separate();
-        for point in 0..self.len() {
+        for point in 0..self.point_count() {
             let f = self.at_rest(point) + self.displacement_gradient(point, d);
             let jacobian = f.determinant();
             let inverse = match tensor::inverse(&f) {

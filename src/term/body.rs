@@ -92,7 +92,7 @@ impl<const D: usize> Body<D> {
         let mut body = Body::sharing(table, material, field, stabilisation);
         if body.functions > 0 {
             let clusters = body.table.clusters();
-            body.fewest = (0..clusters.len()).map(|zone| clusters.points(zone).len()).min().unwrap_or(0);
+            body.fewest = (0..clusters.count()).map(|zone| clusters.points(zone).len()).min().unwrap_or(0);
             body.pointwise_up_to((WIDEST * stabilisation).min(POINTWISE_SHARE));
             if adapted {
                 let roots = if D == 3 { 2 } else { D + body.table.hoop_components().len() };
@@ -109,7 +109,7 @@ impl<const D: usize> Body<D> {
     ///
     /// With $J$ projected a pressed ring converged to states with negative eigenvalues for $sk \le \mu_0/2$; with the
     /// measure of [`new`](Body::new) it needs no pointwise part at all. Homogeneous states do not depend on $s$.
-    pub fn zonal(
+    pub(crate) fn zonal(
         table: ShapeTable<D>,
         material: impl Material + 'static,
         field: PressureField,
@@ -157,7 +157,7 @@ impl<const D: usize> Body<D> {
 
     /// The same with linear pressures that vary along the columns of a matrix per zone alone.
     pub(crate) fn varying_along(mut self, directions: &[nalgebra::SMatrix<f64, D, D>]) -> Self {
-        if self.functions == D + 1 && directions.len() == self.table.clusters().len() {
+        if self.functions == D + 1 && directions.len() == self.table.clusters().count() {
             self.tabulate_zone_functions(D + 1, Some(directions));
         }
         self
@@ -193,7 +193,7 @@ impl<const D: usize> Body<D> {
 
     /// Condensed unknowns of all clusters.
     pub(super) fn condensed_count(&self) -> usize {
-        self.table.clusters().len().checked_sub(1).map_or(0, |last| self.unknowns(last).end)
+        self.table.clusters().count().checked_sub(1).map_or(0, |last| self.unknowns(last).end)
     }
 
     /// Points of the smallest zone where the stabilisation grows with the points of a zone; else 0.
@@ -213,7 +213,7 @@ impl<const D: usize> Body<D> {
     }
 
     /// The material.
-    pub fn material(&self) -> &Arc<dyn Material> {
+    pub(crate) fn material(&self) -> &Arc<dyn Material> {
         &self.material
     }
 
@@ -234,7 +234,7 @@ impl<const D: usize> Body<D> {
 
     /// The deformation gradient $F$ at a point of the table; NaN where there is no such point, or the displacement is too
     /// short.
-    pub fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Mat3 {
+    pub(crate) fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Mat3 {
         let rest = Past { memory: &self.rest[..self.material.memory()], elapsed: 0.0 };
         self.material.settled(&self.local_gradient(point, displacement), rest)
     }

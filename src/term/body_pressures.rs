@@ -15,7 +15,7 @@ impl<const D: usize> Body<D> {
     /// The hydrostatic pressures $p = U'$ (2.15) \[stress\] at the points of the table, positive in tension;
     /// those of the zones where pressures are projected. `None` for a material without a volumetric part, and for a state of
     /// another model.
-    pub fn pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
+    pub(crate) fn pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
         self.pressures_of(view, |projected, pointwise, _| projected + pointwise)
     }
 
@@ -35,8 +35,8 @@ impl<const D: usize> Body<D> {
         }
         let pointwise = |point| volumetric.evaluate(self.deformation_gradient(point, view.displacement).determinant());
         let recall = self.recall(view);
-        let mut pressures = Vec::with_capacity(self.table.len());
-        for cluster in 0..self.table.clusters().len() {
+        let mut pressures = Vec::with_capacity(self.table.point_count());
+        for cluster in 0..self.table.clusters().count() {
             for point in self.table.clusters().points(cluster) {
                 pressures.push(match self.field {
                     PressureField::Displacement => pointwise(point).slope,
@@ -59,8 +59,8 @@ impl<const D: usize> Body<D> {
     /// unknowns.
     pub(crate) fn pressure_changes(&self, view: View<'_>, step: &[f64], condensed_step: &[f64]) -> Option<Vec<f64>> {
         let volumetric = self.material.volumetric()?;
-        let mut changes = Vec::with_capacity(self.table.len());
-        for cluster in 0..self.table.clusters().len() {
+        let mut changes = Vec::with_capacity(self.table.point_count());
+        for cluster in 0..self.table.clusters().count() {
             for point in self.table.clusters().points(cluster) {
                 let f = self.deformation_gradient(point, view.displacement);
                 changes.push(match self.field {
@@ -94,7 +94,7 @@ impl<const D: usize> Body<D> {
         if total == 0 {
             return condensed;
         }
-        for cluster in 0..clusters.len() {
+        for cluster in 0..clusters.count() {
             let range = self.unknowns(cluster);
             let mut measure = self.measure;
             if self.functions > 0 {

@@ -19,7 +19,7 @@ impl<const D: usize> Term for Body<D> {
     }
 
     fn clusters(&self) -> usize {
-        self.table.clusters().len()
+        self.table.clusters().count()
     }
 
     fn nodes(&self, cluster: usize) -> &[u32] {

@@ -28,9 +28,9 @@ impl<const D: usize> Body<D> {
     /// Orthonormal constants or linear functions on each cluster, by Gram–Schmidt over its points.
     pub(super) fn tabulate_zone_functions(&mut self, functions: usize, along: Option<&[SMatrix<f64, D, D>]>) {
         self.functions = functions;
-        self.phi = vec![0.0; functions * self.table.len()];
+        self.phi = vec![0.0; functions * self.table.point_count()];
         let clusters = self.table.clusters();
-        for cluster in 0..clusters.len() {
+        for cluster in 0..clusters.count() {
             let points = clusters.points(cluster);
             let weights = &self.table.weights()[points.clone()];
             let positions = &self.table.positions()[points.clone()];

@@ -150,11 +150,6 @@ impl<const D: usize> Pointwise<D> {
         Pointwise { table, integrand }
     }
 
-    /// The table.
-    pub fn table(&self) -> &ShapeTable<D> {
-        &self.table
-    }
-
     fn state(&self, point: usize, view: &View<'_>) -> PointState {
         PointState {
             position: padded(&self.table.positions()[point]),
@@ -172,7 +167,7 @@ impl<const D: usize> Term for Pointwise<D> {
     }
 
     fn clusters(&self) -> usize {
-        self.table.clusters().len()
+        self.table.clusters().count()
     }
 
     fn nodes(&self, cluster: usize) -> &[u32] {
@@ -207,14 +202,14 @@ impl<const D: usize> Term for Pointwise<D> {
 
     fn validate(&self) -> Result<(), SolveError> {
         self.integrand.validate()?;
-        if self.integrand.needs_normals() && self.table.normals().len() != self.table.len() {
+        if self.integrand.needs_normals() && self.table.normals().len() != self.table.point_count() {
             return Err(SolveError::Empty {
                 what: "normals at the points of a pressure",
                 remedy: "points inside a body have none: tabulate it over the points of a boundary (Cells::boundary)",
             });
         }
         ensure!(
-            !self.integrand.sparsity().force || self.table.is_empty() || self.table.has_values(),
+            !self.integrand.sparsity().force || self.table.point_count() == 0 || self.table.has_values(),
             SolveError::Empty {
                 what: "values in the table of a load",
                 remedy: "smoothed tables hold gradients alone: tabulate the load's own points with ShapeTable::new",
@@ -321,7 +316,7 @@ impl<const D: usize> Term for Pointwise<D> {
             positions: self.table.positions().mapped(padded),
             normals: self.table.normals().mapped(padded),
             weights: self.table.weights().to_vec(),
-            forces: list_of(self.table.len(), force),
+            forces: list_of(self.table.point_count(), force),
         })
     }
 }

@@ -68,7 +68,7 @@ impl<const D: usize> Body<D> {
 
     /// Numbers that it remembers.
     pub(super) fn memory_len(&self) -> usize {
-        if self.rest.is_empty() { 0 } else { 1 + self.rest.len() * self.table().len() }
+        if self.rest.is_empty() { 0 } else { 1 + self.rest.len() * self.table().point_count() }
     }
 
     /// What it remembers in a state; nothing where a state lacks it.
@@ -110,7 +110,7 @@ impl<const D: usize> Body<D> {
             return;
         }
         let clusters = self.table.clusters();
-        for cluster in 0..clusters.len() {
+        for cluster in 0..clusters.count() {
             let (theta, _, measure) = self.zone(cluster, condensed);
             for point in clusters.points(cluster) {
                 let projected: f64 = self.phi(point).pair_sum(theta, |phi, theta| phi * theta);

@@ -163,7 +163,7 @@ fn friction_between_bodies_below_zero() {
         for pair in
             [ContactPair::between((1, Side::Max), (0, Side::Min), "joint"), ContactPair::itself((1, Side::Max), "fold")]
         {
-            let error = refused(block().contact_pair(pair.friction(value)));
+            let error = refused(block().with(pair.friction(value)));
             assert!(matches!(error, Error::Invalid(_)), "{error}");
         }
     }

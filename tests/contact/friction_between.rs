@@ -27,9 +27,7 @@ fn blocks(friction: f64, along: &[(f64, f64)]) -> Scene<2> {
         .hold(on(1, Side::Min, "lower"))
         .with(Condition::on(on(1, Side::Max, "upper")).component(1, -0.03).amplitude(pressed))
         .with(Condition::on(on(1, Side::Max, "upper")).component(0, 1.0).amplitude(Amplitude::table(pairs).unwrap()))
-        .contact_pair(
-            ContactPair::between(on(1, Side::Max, "lower"), on(1, Side::Min, "upper"), "joint").friction(friction),
-        )
+        .with(ContactPair::between(on(1, Side::Max, "lower"), on(1, Side::Min, "upper"), "joint").friction(friction))
 }
 
 fn run<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> (Problem<D>, EquilibriumPath) {
@@ -113,9 +111,7 @@ fn a_sleeve_slides_along_its_shaft() {
         .prescribe(on(0, Side::Min, "shaft"), 1, 0.0)
         .prescribe(on(0, Side::Max, "sleeve"), 0, 0.0)
         .with(Condition::on(on(0, Side::Max, "sleeve")).component(1, 0.5).amplitude(pushed))
-        .contact_pair(
-            ContactPair::between(on(0, Side::Max, "shaft"), on(0, Side::Min, "sleeve"), "joint").friction(friction),
-        );
+        .with(ContactPair::between(on(0, Side::Max, "shaft"), on(0, Side::Min, "sleeve"), "joint").friction(friction));
     let (problem, path) = run(&scene, &Scheme::default());
     let joint = problem.contact(path.last(), "joint").unwrap();
     let steps = path.steps.len();
@@ -157,9 +153,7 @@ fn askew_in_space() {
         .prescribe(on(2, Side::Max, "upper"), 2, -0.03)
         .prescribe(on(2, Side::Max, "upper"), 0, 0.24)
         .prescribe(on(2, Side::Max, "upper"), 1, 0.32)
-        .contact_pair(
-            ContactPair::between(on(2, Side::Min, "upper"), on(2, Side::Max, "lower"), "joint").friction(friction),
-        );
+        .with(ContactPair::between(on(2, Side::Min, "upper"), on(2, Side::Max, "lower"), "joint").friction(friction));
     let (problem, path) = run(&scene, &Scheme::default());
     let joint = problem.contact(path.last(), "joint").unwrap();
     let along = joint.force[0].hypot(joint.force[1]);
@@ -194,7 +188,7 @@ fn assert_tangent<const D: usize>(kinematics: impl Kinematics<D> + 'static, fric
         .body("upper", Block::new(corner(0.0, 0.31), corner(1.0, 1.31)), rubber())
         .scheme_of("lower", move |scheme| scheme.particles(particles[0]))
         .scheme_of("upper", move |scheme| scheme.particles(particles[1]))
-        .contact_pair(
+        .with(
             ContactPair::between(on(last, Side::Max, "lower"), on(last, Side::Min, "upper"), "joint")
                 .friction(friction),
         );

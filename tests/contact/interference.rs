@@ -133,10 +133,7 @@ fn stages_that_are_none() {
         let plane = RigidSurface::plane([0.0, 0.9], [0.0, -1.0]).interference(until);
         assert!(matches!(refused(block().contact(top, plane)), Error::Invalid(_)));
     }
-    assert!(matches!(
-        refused(block().contact_pair(ContactPair::itself(top, "fit").interference(1.0))),
-        Error::Geometry(_)
-    ));
+    assert!(matches!(refused(block().with(ContactPair::itself(top, "fit").interference(1.0))), Error::Geometry(_)));
 }
 
 /// A bush shrunk on a thick sleeve, as radial lines: the pressure of Lamé's solution at a small interference, and both faces where the

@@ -26,7 +26,6 @@ mod plane;
 mod rigid;
 mod rings;
 mod rolling;
-mod surfaces;
 mod turning;
 
 use rkpm::prelude::Rubber;

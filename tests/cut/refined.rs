@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use rkpm::cells::CutLattice;
-use rkpm::check::{patch_test_of, spurious_modes};
+use rkpm::check::{patch_test, spurious_modes};
 use rkpm::error::GeometryError;
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
@@ -79,7 +79,7 @@ fn refined_sub_cells_are_closed_and_fill_the_solid() {
 fn measures(cells: &Arc<CutLattice>) -> [f64; 2] {
     let gradient = Matrix3::new(0.1, 0.05, -0.03, 0.02, -0.08, 0.04, 0.06, -0.02, 0.05);
     let scene = |bulk| Scene::new(Geometry::cells(cells.clone()), Solid, Rubber::neo_hookean(0.5, bulk).unwrap());
-    let patch = patch_test_of(&scene(1e3), &gradient, &Scheme::default()).unwrap().error;
+    let patch = patch_test(&scene(1e3), &gradient, &Scheme::default()).unwrap().error;
     [patch, spurious_modes(&scene(5.0 / 6.0), &Scheme::default()).unwrap().smallest]
 }
 

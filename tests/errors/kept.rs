@@ -256,7 +256,7 @@ fn gradients_of_a_sub_cell_follow_from_its_own_points() {
         ShapeTable::consistent(&kernel, &smoothing, solid).unwrap()
     };
     let (first, last) = (table((0..cells).collect(), 0), table((0..cells).rev().collect(), 0));
-    assert_eq!(first.len(), 4 + 11 * 8);
+    assert_eq!(first.point_count(), 4 + 11 * 8);
     for (point, at) in first.positions().iter().enumerate() {
         let other = last.positions().iter().position(|x| (x - at).norm() < 1e-12).expect("the same points");
         assert_eq!(first.nodes(point), last.nodes(other));

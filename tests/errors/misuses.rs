@@ -215,8 +215,8 @@ fn contacts() -> Misuses {
         (held().contact(TOP, plane().named("")), "empty name"),
         (held().contact_between(TOP, "lid", "fit"), "lid"),
         (two().contact_between(Place::on(TOP).of("lower"), Place::on(BOTTOM).of("lid"), "fit"), "lid"),
-        (held().contact_pair(ContactPair::itself(TOP, "fold").interference(0.5)), "interference"),
-        (held().contact_pair(ContactPair::between(TOP, LEFT, "fit").interference(NAN)), "interference"),
+        (held().with(ContactPair::itself(TOP, "fold").interference(0.5)), "interference"),
+        (held().with(ContactPair::between(TOP, LEFT, "fit").interference(NAN)), "interference"),
         (held().contact_itself(TOP, " "), "empty name"),
     ]
 }

@@ -122,11 +122,6 @@ fn lattice<const D: usize>(input: &mut Input) {
     let order = input.count(1, 2);
     let order = input.saw("order", order);
     if let Ok(elements) = FiniteElements::new(lattice.clone(), order) {
-        let _ = elements.gauss(n);
-        let _ = elements.boundary(&part, n);
-        let mut psi = ShapeFunctions::default();
-        let element = input.random.usize(0..elements.element_count());
-        let _ = elements.fill(element, &at, &mut psi);
         let _ = elements.shape_functions(&at);
     }
 }

@@ -14,7 +14,7 @@ fn path(input: &mut Input) -> EquilibriumPath {
         load: input.good(0.0, 1.0),
         ..State::default()
     };
-    let mut path = EquilibriumPath::new(state(input));
+    let mut path = EquilibriumPath::from(state(input));
     for _ in 0..input.random.usize(0..4) {
         path.steps.push(Step {
             state: state(input),

@@ -37,12 +37,10 @@ pub fn materials(input: &mut Input) {
         ask(&rubber, &f);
         let _ = rubber.existence().holds();
     }
-    if let Ok(polynomial) = RivlinPolynomial::new(exponents) {
-        let _ = polynomial.terms().count();
-        if let Ok(volume) = HartmannNeffVolume::new(k) {
-            let _ = existence(&polynomial, &volume);
-            ask(&NearlyIncompressible { distortional: Invariants(polynomial), volumetric: volume }, &f);
-        }
+    if let (Ok(polynomial), Ok(volumetric)) = (RivlinPolynomial::new(exponents), HartmannNeffVolume::new(k)) {
+        let law = NearlyIncompressible { distortional: Invariants(polynomial), volumetric };
+        let _ = law.existence();
+        ask(&law, &f);
     }
     let volumetric = QuadraticVolume { bulk: k };
     // Literals go round the constructors' checks.

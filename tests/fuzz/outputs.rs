@@ -27,14 +27,6 @@ pub fn tables(input: &mut Input) {
         }
     }
     input.passed = table.to_csv().is_ok();
-    let mut summary = Summary::new();
-    for _ in 0..input.random.usize(0..4) {
-        let (name, value, reference) = (name(input), input.number(-1e9, 1e9), input.number(-1.0, 1.0));
-        let (name, value, reference) = input.saw("entry", (name, value, reference));
-        let _ = summary.record(name.clone(), value, reference).is_ok();
-        let _ = summary.note(name + "b", value).is_ok();
-    }
-    let _ = (summary.to_string(), summary.to_csv(), summary.quantities().len());
 }
 
 pub fn grids(input: &mut Input) {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rkpm::cells::{Cells, Refined, Triangulation};
 use rkpm::geometry::Turn;
 use rkpm::prelude::*;
-use rkpm::scene::{Partition, Resolution};
+use rkpm::scene::Partition;
 use rkpm::solve::Newton;
 use rkpm::study::{Budget, Quantity, Tolerance};
 
@@ -90,10 +90,10 @@ pub fn shapes(input: &mut Input) {
     };
     let partition = if input.once_in(4) { Partition::Voronoi } else { Partition::Triangles };
     let mut scheme = Scheme::default().partition(partition).seed(input.random.u64(..));
-    scheme = scheme.resolution(match input.random.usize(0..3) {
-        0 => Resolution::Spacing(input.number(0.25, 1.0)),
-        _ => Resolution::Counts(vec![input.count(3, 7)]),
-    });
+    scheme = match input.random.usize(0..3) {
+        0 => scheme.spacing(input.number(0.25, 1.0)),
+        _ => scheme.particles([input.count(3, 7)]),
+    };
     if input.once_in(4) {
         let (slope, floor) = (input.number(0.0, 1.0), input.number(0.2, 0.5));
         let _ = input.saw("grading", (slope, floor));
@@ -124,7 +124,7 @@ pub fn sizing(input: &mut Input) {
     let cells = input.saw("cells", cells);
     if let Ok(mut refined) = Refined::new(domain.clone(), cells) {
         for _ in 0..input.random.usize(0..4) {
-            let zone = input.index(refined.macro_count());
+            let zone = input.index(refined.refinable().count());
             let Ok(finer) = refined.refined(&[zone]) else { break };
             refined = finer;
         }
@@ -152,7 +152,7 @@ pub fn sizing(input: &mut Input) {
     let answer = if input.once_in(2) {
         scene.solve_within_locally(&scheme, &requested, budget)
     } else {
-        scene.solve_within_by(&scheme, &requested, budget)
+        scene.solve_within_by(&[scheme], &requested, budget, &mut ())
     };
     if let Ok(answer) = answer {
         let _ = (answer.table(), answer.values().len());

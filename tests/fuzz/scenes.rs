@@ -1,6 +1,6 @@
 use rkpm::check;
 use rkpm::prelude::*;
-use rkpm::scene::{ApproximationChoice, ConstraintKind, ConstraintMethod, Dilation, Resolution, Rule};
+use rkpm::scene::{ApproximationChoice, ConstraintKind, ConstraintMethod, Dilation, Rule};
 use rkpm::solve::Newton;
 
 use super::geometry::layout;
@@ -37,10 +37,10 @@ fn scheme<const D: usize>(input: &mut Input) -> Scheme {
     } else {
         (0..D).map(|_| input.random.usize(2..=most)).collect()
     };
-    scheme = scheme.resolution(match input.random.usize(0..12) {
-        0 => Resolution::Spacing(if input.once_in(2) { input.bad() } else { 0.5 }),
-        _ => Resolution::Counts(counts),
-    });
+    scheme = match input.random.usize(0..12) {
+        0 => scheme.spacing(if input.once_in(2) { input.bad() } else { 0.5 }),
+        _ => scheme.particles(counts),
+    };
     scheme = scheme.order(if input.once_in(8) { input.pick(&[0, 2, 3, 255]) } else { 1 });
     scheme = scheme.dilation(match input.random.usize(0..5) {
         0 => Dilation::Local(input.number(0.51, 2.0)),

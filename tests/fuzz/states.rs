@@ -76,7 +76,7 @@ pub fn states(input: &mut Input) {
     let _ = (problem.reaction(&state, place.clone()), problem.moment(&state, place, at.into()));
     let (model, rows, analysis) = (problem.model(), problem.equations(), problem.analysis());
     match input.random.usize(0..3) {
-        0 => input.passed = analysis.run_from(model, rows, state, &mut ()).is_ok(),
+        0 => input.passed = analysis.resume(model, rows, state, &mut ()).is_ok(),
         1 => {
             let length = input.length(model.unknowns());
             let weights = input.numbers(length, 0.0, 1.0);
@@ -103,7 +103,7 @@ pub fn states(input: &mut Input) {
                     arc: input.once_in(4),
                 },
             };
-            let mut path = EquilibriumPath::new(rest.clone());
+            let mut path = EquilibriumPath::from(rest.clone());
             for _ in 0..input.random.usize(0..4) {
                 let state = if input.once_in(2) { state.clone() } else { State { load: 0.3, ..rest.clone() } };
                 let step = step(input, state);
@@ -111,7 +111,7 @@ pub fn states(input: &mut Input) {
             }
             let _ = input.saw("path", &path);
             let weights = vec![0.1; model.unknowns()];
-            let _ = analysis.resume_controlled(model, rows, path.clone(), &Deflection { weights }, &[0.1], &mut ());
+            let _ = analysis.run_controlled(model, rows, path.clone(), &Deflection { weights }, &[0.1], &mut ());
             input.passed = analysis.resume(model, rows, path, &mut ()).is_ok();
         }
     }

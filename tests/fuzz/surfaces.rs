@@ -47,8 +47,8 @@ fn used(input: &mut Input, read: Result<Solid3, GeometryError>) {
     assert!(solid.volume() > 0.0 && solid.volume().is_finite() && solid.area().is_finite(), "{}", solid.volume());
     let at = input.point::<3>(-1.5, 1.5);
     let at = input.saw("at", at);
-    let _ = (solid.contains(&at), solid.closest(&at), solid.winding_number(&at));
-    let _ = (solid.features(0.5), solid.patches(0.5));
+    let _ = (solid.contains(&at), solid.closest(&at));
+    let _ = solid.patches(0.5);
     if input.once_in(6) {
         let size = solid.bounds();
         let wide = (size.max - size.min).amax();
@@ -90,7 +90,7 @@ pub fn arrays(input: &mut Input) {
     let flaws = SurfaceFlaws::of(&vertices, &corners);
     let read = Solid3::new(vertices, corners);
     if let (Ok(flaws), Err(error)) = (&flaws, &read) {
-        assert!(!flaws.is_empty(), "refused without a flaw: {error}");
+        assert!(*flaws != SurfaceFlaws::default(), "refused without a flaw: {error}");
     }
     used(input, read);
 }

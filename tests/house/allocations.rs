@@ -86,7 +86,7 @@ fn tabulations<const D: usize>(n: usize, kinematics: &impl Kinematics<D>) -> (us
     let points = lattice.gauss(2).unwrap();
     let (count, table) = allocations(|| {
         let smoothed = ShapeTable::smoothed(&rk, &smoothing, kinematics).unwrap();
-        smoothed.len() + ShapeTable::new(&rk, &points, kinematics).unwrap().len()
+        smoothed.point_count() + ShapeTable::new(&rk, &points, kinematics).unwrap().point_count()
     });
     (count, table)
 }

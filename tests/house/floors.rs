@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 /// Modules by floor, lowest first, as `src/lib.rs` has them.
 const FLOORS: [&[&str]; 12] = [
-    &["error", "geometry", "tensor", "compiled", "dense", "each", "order", "parallel", "simd"],
+    &["error", "geometry", "tensor", "compiled", "dense", "each", "order", "parallel", "rows", "simd"],
     &["basis", "kernel", "kinematics", "material"],
     &["cells", "mesh", "neighbours", "particles", "quadrature", "solid"],
     &["shape"],

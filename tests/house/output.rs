@@ -2,7 +2,7 @@
 
 use rkpm::error::OutputError;
 use rkpm::nalgebra::{Matrix3, Vector2};
-use rkpm::output::{Cell, PvdCollection, Summary, Table, VtkCell, VtkField, VtkGrid};
+use rkpm::output::{Cell, PvdCollection, Table, VtkCell, VtkField, VtkGrid};
 use std::path::PathBuf;
 
 /// A directory of this test run that does not exist yet.
@@ -55,41 +55,16 @@ fn ragged_rows_are_refused() {
 }
 
 #[test]
-fn a_summary_keeps_its_contract() {
-    let mut summary = Summary::new();
-    summary
-        .record("bore_displacement_cm", 5.0, 4.0)
-        .unwrap()
-        .record("undefined", 5.0, 0.0)
-        .unwrap()
-        .note("iterations", 14.0)
-        .unwrap();
-    let expected = "quantity,value,reference,relative_error\n\
-                    bore_displacement_cm,5,4,0.25\n\
-                    undefined,5,0,\n\
-                    iterations,14,,\n";
-    assert_eq!(summary.to_csv().unwrap(), expected);
-    assert!(matches!(summary.note("iterations", 15.0), Err(OutputError::Length { .. })));
-    assert_eq!(summary.quantities().len(), 3);
-
-    let shown = summary.to_string();
-    let column = |row: &str, word: &str| row.find(word).map(|at| at + word.len());
-    let rows: Vec<&str> = shown.lines().collect();
-    assert_eq!(column(rows[0], "value"), column(rows[2], " 5"));
-    assert!(rows[2].ends_with("+2.50e-1"), "{shown}");
-}
-
-#[test]
 fn files_appear_with_the_directories_above_them() {
     let directory = fresh("csv");
-    let path = directory.join("deep/er/summary.csv");
-    let mut summary = Summary::new();
-    summary.note("steps", 3.0).unwrap();
-    summary.write(&path).unwrap();
+    let path = directory.join("deep/er/table.csv");
+    let mut table = Table::new(["steps"]);
+    table.push([3.0]).unwrap();
+    table.write(&path).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
-    assert_eq!(text, summary.to_csv().unwrap());
+    assert_eq!(text, table.to_csv().unwrap());
     // A file where a directory is needed.
-    let blocked = summary.write(path.join("below.csv"));
+    let blocked = table.write(path.join("below.csv"));
     assert!(matches!(blocked, Err(OutputError::Io { .. })));
     std::fs::remove_dir_all(directory).unwrap();
 }
@@ -115,7 +90,7 @@ fn collections_name_files_as_they_lie_beside_them() {
 /// Names that XML makes the same are the same.
 #[test]
 fn fields_are_told_apart_by_the_names_that_are_written() {
-    let mut grid = VtkGrid::particles(&[Vector2::new(0.0, 0.0)]);
+    let mut grid = VtkGrid::new(&[Vector2::new(0.0, 0.0)], vec![VtkCell::Vertex(0)]);
     grid.point_data = vec![VtkField::scalars("a\u{1}b", [1.0]), VtkField::scalars("a b", [2.0])];
     assert!(matches!(grid.to_xml(), Err(OutputError::Length { .. })));
 }

@@ -214,7 +214,7 @@ fn a_tube_composed_by_hand_is_that_of_the_scene() {
     model
         .add(Body::new(body, yeoh(), PressureField::Linear))
         .add(Pointwise::new(surface, FollowerPressure { pressure: 0.46, amplitude: Amplitude::Ramp }));
-    let by_hand = Analysis::default().run(&model, &Constraints::new(), &mut ()).unwrap().completed().unwrap();
+    let by_hand = Analysis::default().run(&model, &Constraints::default(), &mut ()).unwrap().completed().unwrap();
 
     // The scene does exactly this and no more; the erased kernel may be inlined differently, no more.
     assert!(distance(&by_scene, &by_hand) <= 1e-12, "{:e}", distance(&by_scene, &by_hand));

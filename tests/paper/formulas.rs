@@ -188,7 +188,7 @@ fn the_papers_matrices(kinematics: impl Kinematics<2> + Copy, epsilon: f64) {
     let n = model.unknowns();
     let mut forces = vec![0.0; n];
     let mut stiffness = DMatrix::<f64>::zeros(n, n);
-    for point in 0..table.len() {
+    for point in 0..table.point_count() {
         let f = Matrix3::identity() + table.displacement_gradient(point, &state.displacement);
         let response = rubber.response(&f);
         let inverse = f.try_inverse().unwrap();
@@ -269,7 +269,7 @@ fn updated_and_total_formulation_are_the_same() {
         let n = model.unknowns();
         let mut forces = vec![0.0; n];
         let mut stiffness = DMatrix::<f64>::zeros(n, n);
-        for point in 0..table.len() {
+        for point in 0..table.point_count() {
             let f = Matrix3::identity() + table.displacement_gradient(point, &state.displacement);
             let response = rubber.response(&f);
             let j = f.determinant();
@@ -348,6 +348,6 @@ fn a_spatial_kernel_loses_its_cover_and_warns_before() {
         assert!(!cover(1.0).is_warned());
         let strict = rk.spatial(rk.nodes().to_vec()).unwrap().with_rcond_limit(1.0);
         let again = strict.spatial(rk.nodes().to_vec()).unwrap();
-        assert!(again.rcond_limit() == 1.0 && again.cover(rk.nodes()).is_lost());
+        assert!(again.cover(rk.nodes()).is_lost());
     }
 }

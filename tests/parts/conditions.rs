@@ -164,7 +164,10 @@ fn volumes_are_rigid_bodies_and_paths_are_written_whole() {
     let films = std::fs::read_to_string(folder.join("plug.pvd")).unwrap();
     assert_eq!(films.matches("<DataSet").count(), 1 + path.steps.len());
     let grid = problem.vtk_grid(path.last()).unwrap();
-    assert_eq!(grid.cell_data[0].values.len(), grid.cells.len());
+    let rkpm::output::VtkValues::Integers(bodies) = &grid.cell_data[0].values else {
+        panic!("{:?}", grid.cell_data[0])
+    };
+    assert_eq!(bodies.len(), grid.cells.len());
     let rkpm::output::VtkValues::Scalars(ratios) = &grid.cell_data[1].values else { panic!("{:?}", grid.cell_data[1]) };
     assert!(ratios.iter().all(|ratio| (0.5..1.5).contains(ratio)), "{ratios:?}");
     std::fs::remove_dir_all(folder).unwrap();

@@ -3,7 +3,7 @@
 //! quadrangles in the plane (`examples/meshes/make.py`).
 //! REFERENCE: the linear field itself; 8 Gauss points per direction.
 
-use rkpm::check::{inf_sup, patch_test_of, spurious_modes};
+use rkpm::check::{inf_sup, patch_test, spurious_modes};
 use rkpm::nalgebra::{Matrix2, Matrix3};
 use rkpm::prelude::*;
 
@@ -39,9 +39,9 @@ fn gradient() -> Matrix3<f64> {
 #[test]
 fn linear_fields_come_out_exactly() {
     let gradient2 = Matrix2::new(0.2, 0.1, -0.05, -0.1);
-    let mut worst = patch_test_of(&plane(moderate()), &gradient2, &scheme()).unwrap().error;
+    let mut worst = patch_test(&plane(moderate()), &gradient2, &scheme()).unwrap().error;
     for name in ["prisms.msh", "hexahedra.msh", "tetrahedra_2.msh", "tetrahedra_5.msh", "hexahedra_9.msh"] {
-        let error = patch_test_of(&solid(name, moderate()), &gradient(), &scheme()).unwrap().error;
+        let error = patch_test(&solid(name, moderate()), &gradient(), &scheme()).unwrap().error;
         println!("{name}: patch {error:.1e}");
         worst = worst.max(error);
     }
@@ -61,7 +61,7 @@ fn a_quadratic_basis_keeps_linear_fields_and_sees_every_deformation() {
 /// What a mesh's particles keep: patch test, θ, inf-sup.
 fn laws(name: &str, scheme: &Scheme) -> [f64; 3] {
     let scene = solid(name, moderate());
-    let patch = patch_test_of(&scene, &gradient(), scheme).unwrap().error;
+    let patch = patch_test(&scene, &gradient(), scheme).unwrap().error;
     let modes = spurious_modes(&scene, scheme).unwrap();
     let pressures = inf_sup(&scene, scheme).unwrap();
     println!(

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use approx::abs_diff_eq;
 use rkpm::cells::CutLattice;
-use rkpm::check::{patch_test_of, spurious_modes};
+use rkpm::check::{patch_test, spurious_modes};
 use rkpm::mesh::{CellShape, Mesh};
 use rkpm::nalgebra::{Matrix2, Matrix3, Rotation3, Vector3};
 use rkpm::prelude::*;
@@ -61,7 +61,7 @@ fn slots_of_regions_open() {
     // Supports that reach across leave a tenth of the opening. At the root particles of both sides see each other, and are few.
     assert!(abs_diff_eq!(slot / half, 1.0, epsilon = 0.1), "{slot:.3e}, by symmetry {half:.3e}");
     let whole = Scene::new(square(true), PlaneStrain, rubber());
-    let test = patch_test_of(&whole, &Matrix2::new(0.2, 0.1, -0.05, -0.1), &Scheme::default().spacing(SPACING));
+    let test = patch_test(&whole, &Matrix2::new(0.2, 0.1, -0.05, -0.1), &Scheme::default().spacing(SPACING));
     assert!(test.unwrap().error < 1e-11);
 }
 
@@ -198,7 +198,7 @@ fn openings(body: impl Fn(bool) -> Scene<3>, scheme: &Scheme) -> [f64; 3] {
         if whole { at(right) - at(1.0 - right) } else { 2.0 * at(right) }
     };
     let gradient = Matrix3::new(0.1, 0.05, 0.0, -0.05, -0.1, 0.02, 0.03, 0.0, 0.05);
-    [opened(true), opened(false), patch_test_of(&body(true), &gradient, scheme).unwrap().error]
+    [opened(true), opened(false), patch_test(&body(true), &gradient, scheme).unwrap().error]
 }
 
 #[test]
@@ -285,7 +285,7 @@ fn drawn_slots_of_surfaces_open() {
             let at = |x: &Point<2>| problem.displacement(path.last(), &[x[0], x[1], height / 2.0].into()).unwrap()[0];
             let error = (at(&corners[3]) - at(&corners[6])) / fine - 1.0;
             let gradient = Matrix3::new(0.1, 0.05, 0.0, -0.05, -0.1, 0.02, 0.03, 0.0, 0.05);
-            let patch = patch_test_of(&body(rubber()), &gradient, &Scheme::default()).unwrap().error;
+            let patch = patch_test(&body(rubber()), &gradient, &Scheme::default()).unwrap().error;
             let soft = body(Rubber::neo_hookean(0.5, 5.0 / 3.0).unwrap());
             let theta = spurious_modes(&soft, &Scheme::default()).unwrap().smallest;
             println!(

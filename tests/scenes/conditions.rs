@@ -206,7 +206,7 @@ fn the_axis_stays_where_it_is() {
 fn runs_start_at_most_where_they_end() {
     let problem = tube(Rubber::neo_hookean(0.5, 10.0).unwrap(), 0.01);
     let beyond = State { load: 1.5, ..problem.run().unwrap().completed().unwrap().last().clone() };
-    let error = problem.analysis().run_from(problem.model(), problem.equations(), beyond, &mut ()).unwrap_err();
+    let error = problem.analysis().resume(problem.model(), problem.equations(), beyond, &mut ()).unwrap_err();
     assert!(error.to_string().contains("load factor of the first state"), "{error}");
     // Equal steps however many.
     let path = |steps| {

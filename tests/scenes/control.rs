@@ -39,7 +39,7 @@ fn a_balloon_is_followed_past_its_limit_by_volume() {
     let full = 4.0 / 3.0 * std::f64::consts::PI;
     let stretches: [f64; 6] = [1.1, 1.2, 1.38, 1.6, 2.0, 4.0];
     let targets = stretches.map(|s| full * (s.powi(3) - 1.0));
-    let rows = Constraints::new();
+    let rows = Constraints::default();
     let path = Analysis::default()
         .run_controlled(&model, &rows, State::at_rest(&model, &rows), &volume, &targets, &mut ())
         .unwrap();

@@ -134,7 +134,7 @@ fn bodies_that_contact_lets_slide_are_named() {
                 Place::on((1, Side::Max)).of("upper"),
                 RigidSurface::plane([0.0, 2.0], [0.0, -1.0]).moving([0.0, -0.1]),
             )
-            .contact_pair(
+            .with(
                 ContactPair::between(
                     Place::on((1, Side::Max)).of("lower"),
                     Place::on((1, Side::Min)).of("upper"),
@@ -236,7 +236,8 @@ impl Cells<2> for Gapped {
     fn particles(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
         let whole = self.lattice.particles(r)?;
         let supports = whole.positions().iter().zip(whole.supports());
-        let supports = supports.map(|(x, s)| if x[0] > self.edge { s.scaled(0.1) } else { *s }).collect();
+        let supports =
+            supports.map(|(x, s)| if x[0] > self.edge { Support::Box(s.half_widths() * 0.1) } else { *s }).collect();
         Particles::new(whole.positions().to_vec(), supports)
     }
     fn particles_global(&self, r: f64) -> Result<Particles<2>, ApproximationError> {

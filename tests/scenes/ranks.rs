@@ -8,13 +8,10 @@ use std::thread;
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use rkpm::assembly::{Pattern, Ranks};
-use rkpm::cells::Zones;
 use rkpm::error::LinearError;
-use rkpm::geometry::Point;
 use rkpm::linear::{Direct, Inertia, LinearSolver, LinearSystem, MatrixClass};
 use rkpm::output::{VtkGrid, VtkValues};
 use rkpm::prelude::*;
-use rkpm::quadrature::Points;
 
 /// Differences of rounding in sums of other order.
 const TOLERANCE: f64 = 1e-10;
@@ -251,46 +248,6 @@ fn entry(values: &VtkValues, place: usize) -> Vec<f64> {
     }
 }
 
-#[test]
-fn shares_of_zones_hold_each_once_and_are_even() {
-    // Zones of one to three cells.
-    let mut offsets = vec![0];
-    (0..40).for_each(|zone| offsets.push(offsets[zone] + 1 + zone % 3));
-    let count = offsets[40];
-    let all = Zones::new((0..count as u32).rev().collect(), offsets);
-    all.validate(count).unwrap();
-    for parts in [1, 2, 3, 7] {
-        let mut named = vec![0; count];
-        for part in 0..parts {
-            let share = all.share(part, parts, |cell| u64::from(cell * 7919 % 101));
-            share.validate(count).unwrap();
-            assert!(share.cells.len().abs_diff(count / parts) <= 4, "{parts} parts");
-            share.cells.iter().for_each(|&cell| named[cell as usize] += 1);
-        }
-        assert!(named.iter().all(|&times| times == 1), "{parts} parts");
-    }
-    // More shares than zones: some are empty.
-    let shares = (0..100).map(|part| all.share(part, 100, u64::from).cells.len());
-    assert_eq!(shares.sum::<usize>(), count);
-}
-
-#[test]
-fn shares_of_points_hold_each_group_once() {
-    let mut all = Points::<1>::empty();
-    for point in 0..10 {
-        all.positions.push(Point::<1>::new(f64::from(point)));
-        all.weights.push(1.0 + f64::from(point));
-        if point % 3 != 1 {
-            all.close_group();
-        }
-    }
-    for parts in [1, 2, 3, 4, 9, 20] {
-        let mut together = Points::empty();
-        (0..parts).for_each(|part| together.append(all.share(part, parts)));
-        assert_eq!((&together.weights, &together.groups), (&all.weights, &all.groups), "{parts} parts");
-    }
-}
-
 fn rubber(ratio: f64) -> Rubber {
     Rubber::neo_hookean(0.5, ratio).unwrap()
 }
@@ -322,7 +279,7 @@ fn contact_is_shared() {
         .with(Condition::on(Place::on((1, Side::Max)).of("upper")).displacement([0.1, -0.2]));
     let [below, above] = [Place::on((1, Side::Max)).of("lower"), Place::on((1, Side::Min)).of("upper")];
     let joint = ContactPair::between(below, above, "joint").friction(0.3);
-    agrees(&two.contact_pair(joint), &scheme, Place::on((1, Side::Min)).of("lower"));
+    agrees(&two.with(joint), &scheme, Place::on((1, Side::Min)).of("lower"));
     let ball = RigidSurface::sphere([1.0, 1.0, 2.0], 1.0).moving([0.0, 0.0, -0.3]);
     let pad = Scene::new(Block::new([0.0; 3], [2.0, 2.0, 1.0]), Solid, rubber(1e3)).hold((2, Side::Min));
     agrees(&pad.contact((2, Side::Max), ball), &Scheme::default().particles([5, 5, 4]), (2, Side::Min).into());

@@ -155,14 +155,14 @@ fn controlled_runs_resume_to_the_bit() {
     model.add(Pointwise::new(inner.clone(), FollowerPressure { pressure: 1.0, amplitude: Amplitude::Ramp }));
     let volume = EnclosedVolume::new(inner);
     let targets = [1.1f64, 4.0, 1.5].map(|s| 4.0 / 3.0 * std::f64::consts::PI * (s.powi(3) - 1.0));
-    let rows = Constraints::new();
+    let rows = Constraints::default();
     let analysis = Analysis { newton: Newton { iterations: 6, ..Newton::default() }, ..Analysis::default() };
     let rest = State::at_rest(&model, &rows);
     let whole = analysis.run_controlled(&model, &rows, rest, &volume, &targets, &mut ()).unwrap();
     assert!(whole.steps.len() > targets.len() && whole.rejected > 0, "{} steps", whole.steps.len());
     assert_eq!(whole.ending, Ending::Completed);
     resumes_everywhere("controlled", &whole, |path| {
-        analysis.resume_controlled(&model, &rows, path, &volume, &targets, &mut ()).unwrap()
+        analysis.run_controlled(&model, &rows, path, &volume, &targets, &mut ()).unwrap()
     });
 }
 
@@ -273,7 +273,7 @@ fn a_journal_is_never_written_over() {
     drop(Journal::create(&file, &State::default()).unwrap());
     let error = Journal::create(&file, &State::default()).unwrap_err();
     assert!(error.to_string().contains("resume it, or remove it"), "{error}");
-    assert_eq!(Journal::read(&file).unwrap(), EquilibriumPath::new(State::default()));
+    assert_eq!(Journal::read(&file).unwrap(), EquilibriumPath::from(State::default()));
 }
 
 #[test]
@@ -284,7 +284,7 @@ fn every_number_reads_back_to_the_same_bits() {
         vec![0.0, -0.0, f64::MIN_POSITIVE, -f64::MIN_POSITIVE / 3.0, f64::MAX, f64::EPSILON, 5e-324];
     numbers.extend((0..20_000).map(|_| f64::from_bits(random.u64(..))).filter(|x| x.is_finite()));
     let state = State { displacement: numbers, load: -0.0, ..State::default() };
-    let path = EquilibriumPath::new(state);
+    let path = EquilibriumPath::from(state);
     let file = folder("bits").join("run.jsonl");
     drop(Journal::create(&file, &path.start).unwrap());
     assert_eq!(differences(&Journal::read(&file).unwrap(), &path), 0);
@@ -416,7 +416,7 @@ fn endings_are_read_as_they_were_written() {
     for (number, cause) in causes.into_iter().enumerate() {
         let file = folder.join(format!("{number}.jsonl"));
         let stalled = Stalled { cause: cause.clone(), load: 0.5, largest_load: 0.5, driven: Driven::ByLoads };
-        let path = EquilibriumPath { ending: Ending::Stalled(stalled), ..EquilibriumPath::new(start.clone()) };
+        let path = EquilibriumPath { ending: Ending::Stalled(stalled), ..EquilibriumPath::from(start.clone()) };
         Journal::create(&file, &start).unwrap().close(&path).unwrap();
         let Ending::Stalled(read) = Journal::read(&file).unwrap().ending else { panic!("{cause:?} is lost") };
         // NaN stands for all that is no number.
@@ -447,7 +447,7 @@ fn states_that_are_no_numbers_are_not_written() {
         assert!(matches!(Journal::create(&file, &state(number)), Err(OutputError::Io { .. })) && !file.exists());
         let mut journal = Journal::create(&file, &state(0.0)).unwrap();
         assert!(journal.step(&step(0.5)).is_continue() && journal.step(&step(number)).is_break());
-        let refused = journal.close(&EquilibriumPath::new(state(0.0))).unwrap_err();
+        let refused = journal.close(&EquilibriumPath::from(state(0.0))).unwrap_err();
         assert!(refused.to_string().contains("only finite ones"), "{refused}");
         assert_eq!(Journal::read(&file).unwrap().steps.len(), 1);
     }

@@ -143,7 +143,7 @@ fn defaults_are_those_of_the_documentation() {
     assert_eq!(functions(Scheme::default()), functions(Scheme::default().dilation(1.0)));
     let points = |scheme: Scheme| {
         let tube = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, Rubber::neo_hookean(0.5, 10.0).unwrap());
-        tube.discretize(&scheme.particles([9])).unwrap().body().table().len()
+        tube.discretize(&scheme.particles([9])).unwrap().body().table().point_count()
     };
     // Five in each of four zones; seven in each of eight cells.
     assert_eq!((points(Scheme::default()), points(Scheme::default().order(2))), (20, 56));

@@ -48,7 +48,7 @@ fn bounds_hold_and_each_model_is_corrected_from_the_one_before() {
         let error = answer.values()[0] / 17.949637 - 1.0;
         assert!(error.abs() < answer.bound, "{error} {}", answer.bound);
 
-        let answer = tube().solve_within(&Tolerance::energy(tolerance), Budget::default()).unwrap();
+        let answer = tube().solve_within(&Tolerance::of(Quantity::energy(), tolerance), Budget::default()).unwrap();
         assert!(answer.reached() && answer.bound < tolerance);
         assert_eq!(answer.table().rows.len(), answer.levels.len());
     }
@@ -78,7 +78,8 @@ fn bounds_hold_where_models_agree_by_accident() {
             let mut answers = vec![scene.solve_within(&requested, Budget::default()).unwrap()];
             assert!(answers[0].reached() && answers[0].choice.contains("elements"), "{}", answers[0].choice);
             if tolerance == 0.01 {
-                answers.push(scene.solve_within_by(&Scheme::default(), &requested, Budget::default()).unwrap());
+                answers
+                    .push(scene.solve_within_by(&[Scheme::default()], &requested, Budget::default(), &mut ()).unwrap());
             }
             for answer in answers {
                 let error = (answer.values()[0] / exact - 1.0).abs();
@@ -109,7 +110,7 @@ fn searches_do_not_run_away() {
 
 #[test]
 fn what_is_not_reached_is_said_and_the_best_model_returned() {
-    let tolerance = Tolerance::energy(1e-6);
+    let tolerance = Tolerance::of(Quantity::energy(), 1e-6);
     let answer = cook(1.0).solve_within(&tolerance, Budget { unknowns: 300, ..Budget::default() }).unwrap();
     assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("unknowns")), "{:?}", answer.verdict);
     assert!(answer.bound > 1e-6 && answer.levels.iter().all(|level| level.unknowns <= 300));
@@ -138,7 +139,7 @@ fn what_is_not_reached_is_said_and_the_best_model_returned() {
     assert!(at_rest.reached() && at_rest.values() == [0.0] && at_rest.levels.len() == 2);
 
     for error in [0.0, -1.0, 1.0, f64::NAN] {
-        assert!(cook(1.0).solve_within(&Tolerance::energy(error), Budget::default()).is_err());
+        assert!(cook(1.0).solve_within(&Tolerance::of(Quantity::energy(), error), Budget::default()).is_err());
     }
     let nothing = Tolerance { error: 0.1, quantities: Vec::new() };
     assert!(tube().solve_within(&nothing, Budget::default()).is_err());
@@ -212,7 +213,7 @@ fn drawn_shapes_are_sized_too() {
         .hold("left")
         .prescribe("right", 0, 0.5)
         .prescribe("right", 1, 0.0);
-    let answer = scene.solve_within(&Tolerance::energy(0.02), Budget::default()).unwrap();
+    let answer = scene.solve_within(&Tolerance::of(Quantity::energy(), 0.02), Budget::default()).unwrap();
     assert!(answer.reached(), "{:?} {:?}", answer.verdict, answer.levels);
     let counts: Vec<usize> = answer.levels.last().unwrap().counts.iter().map(|n| 2 * n).collect();
     let fine = scene.discretize(&Scheme::default().particles(counts)).unwrap();
@@ -239,7 +240,7 @@ fn thin_bonded_bodies_get_cells_across() {
 
     // Where no model can be made the search ends and says so: a face can't move both ways.
     let nothing = mount.prescribe(Part::Whole, 0, Value::field(|_: &Point<2>| 0.0)).prescribe((1, Side::Max), 1, 0.0);
-    assert!(nothing.solve_within(&Tolerance::energy(0.02), Budget::default()).is_err());
+    assert!(nothing.solve_within(&Tolerance::of(Quantity::energy(), 0.02), Budget::default()).is_err());
 }
 
 #[test]
@@ -280,9 +281,8 @@ fn searches_are_watched_and_broken_off() {
         }
     }
     let mut watch = Few { iterations: 6, models: 0 };
-    let requested = Tolerance::energy(1e-3);
-    let answer =
-        cook(1.0).solve_within_observed(&[Scheme::default()], &requested, Budget::default(), &mut watch).unwrap();
+    let requested = Tolerance::of(Quantity::energy(), 1e-3);
+    let answer = cook(1.0).solve_within_by(&[Scheme::default()], &requested, Budget::default(), &mut watch).unwrap();
     // In the second model.
     assert!(!answer.reached() && watch.iterations == 0 && watch.models == answer.levels.len() && watch.models > 0);
     assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("broke off")), "{:?}", answer.verdict);
@@ -333,7 +333,7 @@ fn tighter_tolerances_never_answer_worse() {
 /// A budget of time that is over at once, and one of bytes that the second model passes, leave the coarsest model and what is known of it.
 #[test]
 fn budgets_of_time_and_bytes_leave_the_best_answer() {
-    let requested = Tolerance::energy(1e-3);
+    let requested = Tolerance::of(Quantity::energy(), 1e-3);
     let all = cook(1.0).solve_within(&requested, Budget::default()).unwrap();
     let none = Budget { time: Some(Duration::ZERO), ..Budget::default() };
     let answer = cook(1.0).solve_within(&requested, none).unwrap();
@@ -345,7 +345,7 @@ fn budgets_of_time_and_bytes_leave_the_best_answer() {
     let bytes: Vec<usize> = all.levels.iter().map(|level| level.bytes).collect();
     assert!(bytes.len() > 3 && bytes.windows(2).all(|pair| pair[0] < pair[1]), "{bytes:?}");
     let few = Budget { bytes: Some(bytes[2]), ..Budget::default() };
-    let answer = cook(1.0).solve_within_by(&Scheme::elements(2), &requested, few).unwrap();
+    let answer = cook(1.0).solve_within_by(&[Scheme::elements(2)], &requested, few, &mut ()).unwrap();
     assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("bytes")), "{:?}", answer.verdict);
     let most = answer.levels.iter().map(|level| level.bytes).max().unwrap();
     // Predictions are good to a fifth.
@@ -396,7 +396,7 @@ fn effects_are_first_order_changes() {
     for quantity in quantities {
         let requested = Tolerance::of(quantity.clone(), 0.01);
         let one = Budget { levels: 1, ..Budget::default() };
-        let answer = column(40.0, 0.05, 0.04).solve_within_by(&Scheme::default(), &requested, one).unwrap();
+        let answer = column(40.0, 0.05, 0.04).solve_within_by(&[Scheme::default()], &requested, one, &mut ()).unwrap();
         let value = |scene: Scene<2>| {
             let problem = scene.discretize(&Scheme::default().particles(answer.levels[0].counts.clone())).unwrap();
             let path = problem.run().unwrap().completed().unwrap();
@@ -442,7 +442,9 @@ fn bodies_with_schemes_of_their_own_are_sized_all_the_same() {
     let budget = Budget { levels: 3, ..Budget::default() };
     for scene in [one, two] {
         let solved = |scene: &Scene<2>| {
-            let answer = scene.solve_within_by(&Scheme::default(), &Tolerance::energy(0.02), budget).unwrap();
+            let answer = scene
+                .solve_within_by(&[Scheme::default()], &Tolerance::of(Quantity::energy(), 0.02), budget, &mut ())
+                .unwrap();
             let counts: Vec<_> = answer.levels.iter().map(|level| level.counts.clone()).collect();
             (answer.values().to_vec(), answer.bound, counts)
         };
@@ -470,7 +472,7 @@ fn contacts_that_carry_are_needed() {
         .contact_between(Place::on((1, Side::Max)).of("lower"), Place::on((1, Side::Min)).of("upper"), "joint");
     let requested = Tolerance::of(Quantity::displacement([1.0, 2.0], 1), 0.01);
     let one = Budget { levels: 1, ..Budget::default() };
-    let answer = stack.solve_within_by(&Scheme::default(), &requested, one).unwrap();
+    let answer = stack.solve_within_by(&[Scheme::default()], &requested, one, &mut ()).unwrap();
     let effects = answer.effects().unwrap();
     let of = |what: &str| effects.iter().find(|effect| effect.what.starts_with(what)).unwrap().change;
     let (bodies, traction) = (of("the stiffness of `lower`") + of("the stiffness of `upper`"), of("traction"));

@@ -419,8 +419,8 @@ fn slips_begin_where_bodies_meet() {
     };
     let pushed = |by: [f64; 2]| Condition::on(Place::on((1, Side::Max)).of("high")).displacement(by).named("push");
     let rough = move || ContactPair::between(low(), Place::on((1, Side::Min)).of("high"), "plate").friction(0.3);
-    let at_once = forces(Stages::new("press", two(0.0).with(pushed([0.05, -0.1])).contact_pair(rough())));
+    let at_once = forces(Stages::new("press", two(0.0).with(pushed([0.05, -0.1])).with(rough())));
     let later = Stages::new("shift", two(0.4).with(pushed([0.4, 0.0])))
-        .then("press", move |scene| scene.without("push").with(pushed([0.45, -0.1])).contact_pair(rough()));
+        .then("press", move |scene| scene.without("push").with(pushed([0.45, -0.1])).with(rough()));
     assert_abs_diff_eq!(forces(later)[0], at_once[0], epsilon = 1e-5 * at_once[0].norm());
 }

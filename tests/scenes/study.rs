@@ -1,7 +1,7 @@
 //! Studies: the error envelope of a series, references, failures recorded as data.
 #![cfg(feature = "solve")]
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
+use approx::assert_abs_diff_eq;
 use rkpm::prelude::*;
 use rkpm::study::{Budget, Quantity, Reference, Run, Study, Tolerance, WorkPrecision};
 
@@ -117,37 +117,6 @@ fn errors_are_relative_to_the_size_of_a_quantity() {
         assert!(run.error < 1e-6, "{run:?}");
     }
     assert!([0.0, -1.0, f64::NAN].into_iter().all(|size| study(size).is_err()));
-}
-
-/// The potential of a linear spring: half the work of the load, with the sign of a minimum.
-#[test]
-fn the_potential_finds_the_least_locked_dilation() {
-    use rkpm::study::{best_dilation, potential};
-    // Small dead load: Π = U − W with W = 2U to the order of the strain.
-    let rubber = Rubber::neo_hookean(0.5, 10.0).unwrap();
-    let bar = Scene::new(Block::new([0.0, 0.0], [4.0, 1.0]), PlaneStrain, rubber)
-        .hold((0, Side::Min))
-        .traction((0, Side::Max), [1e-6, 0.0]);
-    let problem = bar.discretize(&Scheme::default().particles([9, 3])).unwrap();
-    let path = problem.run().unwrap().completed().unwrap();
-    let (pi, u) = (potential(&problem, path.last()).unwrap(), problem.energy(path.last()).unwrap());
-    assert_relative_eq!(pi, -u, max_relative = 1e-4);
-
-    // Without a cure: the dilation of the smallest potential is the one of the smallest error in the bore.
-    let dilations = [0.8, 1.0, 1.2, 1.6, 2.0];
-    let best = best_dilation(&tube(), &Scheme::paper(1.0).particles([9]), &dilations).unwrap();
-    let error = |r: f64| {
-        let problem = tube().discretize(&Scheme::paper(r).particles([9])).unwrap();
-        let path = problem.run().unwrap().completed().unwrap();
-        (problem.displacement(path.last(), &[6.0].into()).unwrap()[0] / 15.0023846431 - 1.0).abs()
-    };
-    let least = dilations.into_iter().min_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap();
-    assert_eq!(best.r, least, "{:?}", best.trials);
-    // Of a body with a dilation of its own too.
-    let own = tube().scheme_of("body", |scheme| scheme.dilation(Dilation::Global(1.0)));
-    assert_eq!(best_dilation(&own, &Scheme::paper(1.5).particles([9]), &dilations).unwrap(), best);
-    assert!(best_dilation(&tube(), &Scheme::default(), &[]).is_err());
-    assert!(best_dilation(&tube(), &Scheme::default(), &[0.1]).is_err());
 }
 
 /// Two parts whose names begin alike, pulled apart: forces and moments are those of the condition that is named.

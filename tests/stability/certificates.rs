@@ -87,7 +87,7 @@ fn linear_fields_come_out_exactly_in_plane_strain() {
     for domain in [COOK, Quadrilateral { corners: [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] }] {
         let test = |seed| {
             let scheme = jittered(Scheme::default(), 9, 0.3, seed);
-            patch_test(domain, PlaneStrain, moderate(), &plane(), &scheme).unwrap()
+            patch_test(&Scene::new(domain, PlaneStrain, moderate()), &plane(), &scheme).unwrap()
         };
         let error = worst((0..8).map(test));
         assert!(error <= 1e-12, "{error:e}");
@@ -100,7 +100,7 @@ fn homogeneous_fields_come_out_exactly_in_bodies_of_revolution() {
     for domain in [square(), ring()] {
         let test = |seed| {
             let scheme = jittered(Scheme::default(), 9, 0.3, seed);
-            patch_test(domain, Axisymmetric, moderate(), &revolved(), &scheme).unwrap()
+            patch_test(&Scene::new(domain, Axisymmetric, moderate()), &revolved(), &scheme).unwrap()
         };
         let error = worst((0..8).map(test));
         assert!(error <= 1e-12, "{error:e}");
@@ -114,7 +114,7 @@ fn linear_fields_come_out_exactly_in_three_dimensions() {
         assert!(seeds.len() >= 3);
         let test = |seed| {
             let scheme = jittered(Scheme::default(), 5, amount, seed);
-            patch_test(cube(), Solid, moderate(), &solid(), &scheme).unwrap()
+            patch_test(&Scene::new(cube(), Solid, moderate()), &solid(), &scheme).unwrap()
         };
         let error = worst(seeds.into_iter().take(3).map(test));
         assert!(error <= 1e-12, "{error:e}");
@@ -127,7 +127,7 @@ fn gauss_points_and_collocated_rows_fail_the_patch_test() {
     let test = |scheme| {
         let tests = (0..4).map(|seed| {
             let scheme = jittered(Scheme::clone(&scheme), 9, 0.3, seed);
-            patch_test(square(), PlaneStrain, moderate(), &plane(), &scheme).unwrap()
+            patch_test(&Scene::new(square(), PlaneStrain, moderate()), &plane(), &scheme).unwrap()
         });
         worst(tests)
     };
@@ -163,20 +163,20 @@ fn patch_tests_of_all_rules_beside_each_other() {
             let plane_test = |domain: Quadrilateral, gradient: Matrix2<f64>| {
                 let test = |seed| {
                     let scheme = jittered(scheme.clone(), 9, 0.3, seed);
-                    patch_test(domain, PlaneStrain, rubber.clone(), &gradient, &scheme)
+                    patch_test(&Scene::new(domain, PlaneStrain, rubber.clone()), &gradient, &scheme)
                 };
                 show((0..8).map(test))
             };
             let axis_test = |domain: Block<2>| {
                 let test = |seed| {
                     let scheme = jittered(scheme.clone(), 9, 0.3, seed);
-                    patch_test(domain, Axisymmetric, rubber.clone(), &revolved(), &scheme)
+                    patch_test(&Scene::new(domain, Axisymmetric, rubber.clone()), &revolved(), &scheme)
                 };
                 show((0..8).map(test))
             };
             let cube_test = |seed| {
                 let scheme = jittered(scheme.clone(), 5, 0.2, seed);
-                patch_test(cube(), Solid, rubber.clone(), &solid(), &scheme)
+                patch_test(&Scene::new(cube(), Solid, rubber.clone()), &solid(), &scheme)
             };
             let unit = Quadrilateral { corners: [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] };
             println!(
@@ -210,7 +210,9 @@ fn show(tests: impl IntoIterator<Item = Result<PatchTest, Error>>) -> String {
 
 #[test]
 fn patch_tests_refuse_what_is_no_patch_test() {
-    let test = |gradient: Matrix2<f64>| patch_test(square(), Axisymmetric, moderate(), &gradient, &Scheme::default());
+    let test = |gradient: Matrix2<f64>| {
+        patch_test(&Scene::new(square(), Axisymmetric, moderate()), &gradient, &Scheme::default())
+    };
     assert!(matches!(test(plane()), Err(Error::Geometry(GeometryError::Kinematics { .. }))));
     for gradient in [Matrix2::zeros(), -2.0 * Matrix2::new(0.0, 0.0, 0.0, 1.0), Matrix2::repeat(f64::NAN)] {
         let refused = matches!(test(gradient), Err(Error::Invalid(_) | Error::Solve(_)));

@@ -195,7 +195,7 @@ fn a_quadratic_basis_gets_what_it_can_do() {
         let problem = scene.discretize(&Scheme::default().order(2).rule(rule).particles([count])).unwrap();
         let path = problem.run().unwrap().completed().unwrap();
         let error = Quantity::energy().evaluate(&problem, path.last()).unwrap() / exact - 1.0;
-        (error.abs(), problem.body().table().len())
+        (error.abs(), problem.body().table().point_count())
     };
     for (count, bound) in [(9, 3e-6), (17, 6e-7)] {
         let (error, points) = run(Rule::Auto, count);
@@ -215,7 +215,8 @@ fn sub_cells_without_enough_interior_points_are_refused() {
         *at = Point::<2>::new(0.7 + 0.0625 * k as f64, 0.125);
     }
     for spoiled in [few, on_a_line] {
-        let error = ShapeTable::consistent(&functions, &spoiled, &PlaneStrain).map(|table| table.len()).unwrap_err();
+        let error =
+            ShapeTable::consistent(&functions, &spoiled, &PlaneStrain).map(|table| table.point_count()).unwrap_err();
         assert!(matches!(error, Error::Geometry(GeometryError::Shape { .. })), "{error}");
         assert!(error.to_string().contains("at least one more than there are axes"), "{error}");
     }
@@ -255,9 +256,10 @@ fn quadratic_bases_pass_the_patch_test_on_slanting_bricks() {
     let rubber = || Rubber::neo_hookean(0.5, 5.0 / 3.0).unwrap();
     let taper = Mapped(|u: &Point<3>| Point::<3>::new(u[0] * (1.0 - 0.4 * u[2]), u[1] * (1.0 - 0.4 * u[2]), u[2]));
     let scheme = Scheme::default().order(2).particles([5]);
-    let tapered = check::patch_test(taper, Solid, rubber(), &h, &scheme).unwrap();
+    let tapered = check::patch_test(&Scene::new(taper, Solid, rubber()), &h, &scheme).unwrap();
     let jittered = scheme.layout(Layout::Jittered { amount: 0.2, seed: 3 });
-    let jittered = check::patch_test(Block::new([0.0; 3], [1.0; 3]), Solid, rubber(), &h, &jittered).unwrap();
+    let jittered =
+        check::patch_test(&Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber()), &h, &jittered).unwrap();
     for test in [tapered, jittered] {
         assert!(test.error < 1e-9, "{test:?}");
     }

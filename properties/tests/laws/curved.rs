@@ -81,7 +81,7 @@ fn laws<const D: usize>(what: &str, cells: &dyn Cells<D>, kinematics: &dyn Kinem
     let holds = |rule: &str, smoothing: &Smoothing<D>, parts: usize, gauss: usize| {
         let table = ShapeTable::smoothed(&functions, smoothing, kinematics).unwrap();
         let mut inner = vec![Point::<D>::zeros(); cells.positions().len()];
-        for point in 0..table.len() {
+        for point in 0..table.point_count() {
             let (nodes, gradients) = (table.nodes(point), table.gradients(point));
             for axis in 0..D {
                 let slopes = &gradients[axis * nodes.len()..(axis + 1) * nodes.len()];
@@ -110,7 +110,7 @@ fn laws<const D: usize>(what: &str, cells: &dyn Cells<D>, kinematics: &dyn Kinem
         if table.hoop_components().is_empty() {
             let boundary = cells.boundary(&Part::Whole, parts, gauss).unwrap().points;
             let outer = ShapeTable::new(&functions, &boundary, kinematics).unwrap();
-            for point in 0..outer.len() {
+            for point in 0..outer.point_count() {
                 let force = outer.normals()[point] * outer.weights()[point];
                 for (&node, value) in outer.nodes(point).iter().zip(outer.values(point)) {
                     inner[node as usize] -= force * *value;

@@ -34,14 +34,14 @@ fn conforming_nodal_integration_passes_the_patch_test_and_direct_one_does_not() 
     let rubber = || Rubber::neo_hookean(0.5, 1e3).unwrap();
     let error = |rule| {
         let square = Block::new([0.0; 2], [1.0; 2]);
-        patch_test(square, PlaneStrain, rubber(), &gradient, &jittered(rule, 7)).unwrap().error
+        patch_test(&Scene::new(square, PlaneStrain, rubber()), &gradient, &jittered(rule, 7)).unwrap().error
     };
     // Exact up to rounding, which the bulk modulus multiplies.
     assert!(error(Rule::Scni) < 1e-12);
     assert!(error(Rule::Nodal) > 1e-3);
     let gradient = Matrix3::new(0.2, 0.1, 0.05, -0.05, -0.1, 0.02, 0.03, -0.04, 0.1);
     let cube = Block::new([0.0; 3], [1.0; 3]);
-    let solid = patch_test(cube, Solid, rubber(), &gradient, &jittered(Rule::Scni, 4)).unwrap();
+    let solid = patch_test(&Scene::new(cube, Solid, rubber()), &gradient, &jittered(Rule::Scni, 4)).unwrap();
     assert!(solid.error < 1e-12, "{solid:?}");
 }
 

@@ -454,7 +454,7 @@ fn all_pressures_at_points_reach_the_solution_of_the_displacements() {
         for local in start.condensed.iter_mut().flatten() {
             *local += 0.05 * signed(random);
         }
-        let other = problem.analysis().run_from(problem.model(), problem.equations(), start, &mut ()).unwrap();
+        let other = problem.analysis().resume(problem.model(), problem.equations(), start, &mut ()).unwrap();
         let other = other.completed().map_err(|e| TestCaseError::fail(e.to_string()))?;
         prop_assert!(distance(other.last()) <= 1e-9 * size, "{:e}", distance(other.last()));
         Ok(true)
@@ -644,7 +644,7 @@ fn follower_pressure_on_a_closed_boundary_has_no_resultant_and_no_moment() {
         // A lattice of 4³ particles carries a quadratic basis.
         let lattice = Block::new([1.0; 3], [2.0; 3]).lattice([4; 3]).unwrap();
         let particles = lattice.particles(1.3).unwrap();
-        let approximation = ReproducingKernel::new(particles, CubicSpline, Polynomial::quadratic()).unwrap();
+        let approximation = ReproducingKernel::new(particles, CubicSpline, Polynomial::new(2)).unwrap();
         let load = FollowerPressure { pressure: 1.0, amplitude: Amplitude::Constant };
         let model = boundary_model(&lattice, &approximation, &Solid, Part::Whole, load);
         let d = quadratic(random, &lattice);

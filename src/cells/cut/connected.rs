@@ -3,10 +3,11 @@
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
 
-use crate::each::{EachOf, IntoEach, array_of};
+use crate::each::{EachOf, array_of};
 use crate::geometry::{Bounds, Vec3};
 use crate::neighbours::Adjacent;
 use crate::parallel::map_with;
+use crate::rows::Rows;
 
 use super::frame::Frame;
 use super::grid::Grid;
@@ -34,8 +35,7 @@ pub(super) struct Connected<'a> {
 /// The sub-cells of each leaf, by its lowest brick.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Bricks {
-    offsets: Vec<u32>,
-    parts: Vec<u32>,
+    parts: Rows,
     /// The sub-cell that each patch bounds.
     pub(super) of_patch: Vec<u32>,
     /// What sub-cells at the roots of slots are divided into.
@@ -121,19 +121,18 @@ impl Bricks {
         }
         pairs.sort_unstable();
         pairs.dedup();
-        let mut offsets = vec![0u32; sections.grid.len() + 1];
-        pairs.iter().for_each(|(brick, _)| offsets[*brick as usize + 1] += 1);
-        (0..sections.grid.len()).for_each(|brick| offsets[brick + 1] += offsets[brick]);
-        Bricks { offsets, parts: pairs.into_mapped(|(_, part)| part), of_patch, divisions: Divisions::default() }
+        let parts =
+            Rows::new(sections.grid.len(), &|add| pairs.iter().for_each(|&(brick, part)| add(brick as usize, part)));
+        Bricks { parts, of_patch, divisions: Divisions::default() }
     }
 
     /// Whether some of the solid lies in the leaf that begins with a brick.
     pub(super) fn holds(&self, brick: usize) -> bool {
-        self.offsets[brick] < self.offsets[brick + 1]
+        !self.of(brick).is_empty()
     }
 
     fn of(&self, brick: usize) -> &[u32] {
-        &self.parts[self.offsets[brick] as usize..self.offsets[brick + 1] as usize]
+        self.parts.row(brick)
     }
 
     /// Hands out the sub-cells with a box around each leaf that they have volume in, as far around it as points of the leaf may lie.
@@ -243,16 +242,12 @@ impl Connected<'_> {
             return;
         }
         let Some(divided) = self.by_brick.divisions.of_part.get(&part) else {
-            return with(
-                part,
-                self.split.patches[patch as usize].corners.each(|corner| self.split.points[corner as usize]),
-            );
+            return with(part, self.split.corners(patch));
         };
         for &piece in divided.of_patch.get(&patch).into_iter().flatten() {
-            let corners = divided.split.patches[piece as usize].corners;
             let own = divided.bricks.of_patch[piece as usize];
             if own != NONE {
-                with(divided.first + own, corners.each(|corner| divided.place(&divided.split.points[corner as usize])));
+                with(divided.first + own, divided.split.corners(piece).each(|corner| divided.place(&corner)));
             }
         }
     }

@@ -7,7 +7,8 @@ use crate::geometry::{Disjoint, Vec3};
 use crate::order;
 
 use super::sections::{Sections, others};
-use super::split::{ByBrick, Split};
+use super::split::Split;
+use crate::rows::Rows;
 
 /// No part beside a section.
 pub(super) const NONE: u32 = u32::MAX;
@@ -49,12 +50,12 @@ pub(super) fn cross(a: &Vec3, b: &Vec3) -> Vec3 {
 }
 
 impl Parts {
-    pub(super) fn new(split: &Split, by_brick: &ByBrick, sections: &Sections) -> Self {
+    pub(super) fn new(split: &Split, by_brick: &Rows, sections: &Sections) -> Self {
         let grid = &sections.grid;
         let mut all = Parts { parts: Vec::new(), beside: vec![[NONE; 2]; sections.sections.len()] };
         for brick in 0..grid.len() {
             let place = grid.place(brick);
-            if by_brick.patches(brick).is_empty() && !sections.is_inside(grid.node(place)) {
+            if by_brick.row(brick).is_empty() && !sections.is_inside(grid.node(place)) {
                 continue;
             }
             let leaf = grid.leaf(place);
@@ -64,13 +65,13 @@ impl Parts {
                 }
                 continue;
             }
-            if by_brick.patches(brick).is_empty() {
+            if by_brick.row(brick).is_empty() {
                 let around = around(sections, brick, place);
                 let centre = Vec3::from(place.each(|at| f64::from(at) + 0.5));
                 all.push(Part { brick: brick as u32, volume: 1.0, centre, sections: around, patches: Vec::new() });
                 continue;
             }
-            for part in cut(split, sections, brick as u32, by_brick.patches(brick)) {
+            for part in cut(split, sections, brick as u32, by_brick.row(brick)) {
                 all.push(part);
             }
         }

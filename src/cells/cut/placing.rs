@@ -11,7 +11,8 @@ use crate::solid::foot;
 use super::connected::Connected;
 use super::features::{Crease, Features};
 use super::grid::Grid;
-use super::split::{ByBrick, Split};
+use super::split::Split;
+use crate::rows::Rows;
 
 /// Bricks between particles along each axis.
 const STEP: i32 = 2;
@@ -105,7 +106,7 @@ fn along(crease: &Crease, grid: &Grid) -> Vec<Vec3> {
 /// What places particles.
 pub(super) struct Placing<'a> {
     pub(super) split: &'a Split,
-    pub(super) by_brick: &'a ByBrick,
+    pub(super) by_brick: &'a Rows,
     pub(super) grid: &'a Grid,
     pub(super) features: &'a Features,
 }
@@ -117,11 +118,7 @@ impl Placing<'_> {
         let high: [i32; 3] = array_of(|i| ((x[i] + half).ceil() as i32).min(self.grid.counts[i] as i32));
         let bricks = (low[2]..high[2])
             .flat_map(move |k| (low[1]..high[1]).flat_map(move |j| (low[0]..high[0]).map(move |i| [i, j, k])));
-        bricks.flat_map(|place| self.by_brick.patches(self.grid.brick(place)).iter().copied())
-    }
-
-    fn corners(&self, patch: u32) -> [Vec3; 3] {
-        self.split.patches[patch as usize].corners.each(|corner| self.split.points[corner as usize])
+        bricks.flat_map(|place| self.by_brick.row(self.grid.brick(place)).iter().copied())
     }
 
     /// The pieces of the surface that a point lies on, with the mean of their facets' normals there: a mean lies in their affine hull, which
@@ -129,7 +126,7 @@ impl Placing<'_> {
     fn pieces(&self, x: &Vec3) -> Vec<(u32, Vec3)> {
         let mut found: Vec<(u32, Vec3, Vec<u32>)> = Vec::new();
         for patch in self.near(x, ON) {
-            if (nearest(x, &self.corners(patch)) - x).norm() > ON {
+            if (nearest(x, &self.split.corners(patch)) - x).norm() > ON {
                 continue;
             }
             let facet = self.split.patches[patch as usize].facet;

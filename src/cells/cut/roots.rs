@@ -10,7 +10,8 @@ use super::connected::{Bricks, Connected, Divided, Divisions, FINER};
 use super::grid::Grid;
 use super::parts::{NONE, Parts, cross, each_triangle};
 use super::sections::Sections;
-use super::split::{ByBrick, Split};
+use super::split::{Split, by_brick};
+use crate::rows::Rows;
 
 /// Distance below which facets that face each other are the walls of a slot, in half spacings: that between particles.
 const ACROSS: f64 = 2.0;
@@ -58,7 +59,7 @@ fn walls(connected: &Connected, normals: &[Vec3]) -> Vec<Wall> {
         for &number in &own.patches {
             let patch = &split.patches[number as usize];
             let normal = normals[patch.facet as usize];
-            let [a, b, c] = patch.corners.each(|corner| split.points[corner as usize]);
+            let [a, b, c] = split.corners(number);
             let area = cross(&(b - a), &(c - a)).norm();
             let key = array_of(|i| normal[i].round() as i8);
             let (at, along, whole, patches) = alike.entry(key).or_default();
@@ -85,8 +86,7 @@ fn face_each_other(a: &Wall, b: &Wall) -> bool {
 /// The patches of the surface around each of its corners.
 struct Around<'a> {
     split: &'a Split,
-    offsets: Vec<u32>,
-    patches: Vec<u32>,
+    patches: Rows,
     /// The last search that met each patch.
     met: Vec<u32>,
     number: u32,
@@ -94,17 +94,12 @@ struct Around<'a> {
 
 impl<'a> Around<'a> {
     fn new(split: &'a Split) -> Self {
-        let mut offsets = vec![0u32; split.points.len() + 1];
-        let corners = || split.patches.iter().flat_map(|patch| patch.corners);
-        corners().for_each(|corner| offsets[corner as usize + 1] += 1);
-        (0..split.points.len()).for_each(|corner| offsets[corner + 1] += offsets[corner]);
-        let (mut next, mut patches) = (offsets.clone(), vec![0; 3 * split.patches.len()]);
-        for (place, corner) in corners().enumerate() {
-            let next = &mut next[corner as usize];
-            patches[*next as usize] = (place / 3) as u32;
-            *next += 1;
-        }
-        Around { split, offsets, patches, met: vec![0; split.patches.len()], number: 0 }
+        let patches = Rows::new(split.points.len(), &|add| {
+            for (number, patch) in split.patches.iter().enumerate() {
+                patch.corners.iter().for_each(|&corner| add(corner as usize, number as u32));
+            }
+        });
+        Around { split, patches, met: vec![0; split.patches.len()], number: 0 }
     }
 
     /// Whether what is between two walls is deeper than it is wide, and so a slot: the surface goes from one to the other no nearer to them
@@ -122,8 +117,7 @@ impl<'a> Around<'a> {
         open.iter().for_each(|&patch| self.met[patch as usize] = self.number);
         while let Some(patch) = open.pop() {
             for corner in split.patches[patch as usize].corners {
-                let around = self.offsets[corner as usize] as usize..self.offsets[corner as usize + 1] as usize;
-                for &other in &self.patches[around] {
+                for &other in self.patches.row(corner as usize) {
                     if self.met[other as usize] == self.number || !is_near(other) {
                         continue;
                     }
@@ -238,7 +232,7 @@ fn divided(connected: &Connected, part: u32, first: u32) -> (Divided, Vec<Source
     let corners: Vec<Vec3> = corners.mapped(|corner| own.local(corner));
     let grid = Grid::even(counts);
     own.split = Split::new(&corners, &triangles);
-    let by_brick = ByBrick::new(&own.split, grid.len(), |place| grid.brick(place));
+    let by_brick = by_brick(&own.split, grid.len(), |place| grid.brick(place));
     own.sections = Sections::new(&own.split, grid);
     own.parts = Parts::new(&own.split, &by_brick, &own.sections);
     own.bricks = Bricks::new(&own.split, &own.sections, &own.parts);

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use crate::each::EachOf;
 use crate::geometry::Vec3;
+use crate::rows::Rows;
 
 /// No plane.
 pub(super) const NONE: i32 = i32::MIN;
@@ -35,6 +36,11 @@ fn place(x: f64) -> i32 {
 }
 
 impl Split {
+    /// Corners of a patch.
+    pub(super) fn corners(&self, patch: u32) -> [Vec3; 3] {
+        self.patches[patch as usize].corners.each(|corner| self.points[corner as usize])
+    }
+
     /// Splits facets; corners that lie exactly on a plane count as above it.
     pub(super) fn new(corners: &[Vec3], facets: &[[u32; 3]]) -> Self {
         let patch =
@@ -115,33 +121,11 @@ impl Split {
     }
 }
 
-/// Patches by the brick that they lie in.
-#[derive(Debug, Clone)]
-pub(super) struct ByBrick {
-    offsets: Vec<u32>,
-    order: Vec<u32>,
-}
-
-impl ByBrick {
-    /// Patches counted by brick: `brick` numbers the places of bricks below `count`.
-    pub(super) fn new(split: &Split, count: usize, brick: impl Fn([i32; 3]) -> usize) -> Self {
-        let mut offsets = vec![0u32; count + 1];
-        split.patches.iter().for_each(|patch| offsets[brick(patch.brick) + 1] += 1);
-        for k in 0..count {
-            offsets[k + 1] += offsets[k];
-        }
-        let mut cursor = offsets.clone();
-        let mut order = vec![0; split.patches.len()];
+/// Patches by the brick that they lie in; `brick` numbers the places of bricks below `count`.
+pub(super) fn by_brick(split: &Split, count: usize, brick: impl Fn([i32; 3]) -> usize) -> Rows {
+    Rows::new(count, &|add| {
         for (number, patch) in split.patches.iter().enumerate() {
-            let own = &mut cursor[brick(patch.brick)];
-            order[*own as usize] = number as u32;
-            *own += 1;
+            add(brick(patch.brick), number as u32);
         }
-        ByBrick { offsets, order }
-    }
-
-    /// The patches in a brick.
-    pub(super) fn patches(&self, brick: usize) -> &[u32] {
-        &self.order[self.offsets[brick] as usize..self.offsets[brick + 1] as usize]
-    }
+    })
 }

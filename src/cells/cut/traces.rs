@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector, Matrix4, SymmetricEigen, Vector4};
 use crate::cells::CORNER;
 use crate::each::{Each, EachOf, IntoEach, array_of};
 use crate::geometry::{Disjoint, Vec3};
+use crate::rows::Rows;
 
 /// Radius within which particles carry the functions of a point, in bricks of the spacing at the particle: with three quarters of it the patch test leaves 3e-3.
 const REACH: f64 = 4.0;
@@ -49,9 +50,7 @@ pub(super) struct Spread<'a> {
 struct Cubes {
     low: [i32; 3],
     counts: [i32; 3],
-    /// Where those of each cube begin.
-    offsets: Vec<u32>,
-    places: Vec<u32>,
+    places: Rows,
 }
 
 impl Cubes {
@@ -64,14 +63,13 @@ impl Cubes {
         let cubes: Vec<[i32; 3]> = points.mapped(|(_, x)| Self::of(x));
         let low: [i32; 3] = array_of(|i| cubes.iter().map(|cube| cube[i]).min().unwrap_or(0));
         let counts = array_of(|i| cubes.iter().map(|cube| cube[i] - low[i] + 1).max().unwrap_or(0));
-        let mut grid =
-            Cubes { low, counts, offsets: vec![0; counts.iter().product::<i32>() as usize + 1], places: Vec::new() };
-        let numbers: Vec<usize> = cubes.iter().filter_map(|cube| grid.number(*cube)).collect();
-        let mut order: Vec<u32> = (0..cubes.len() as u32).collect();
-        crate::order::sort(&mut order, &|&a, &b| numbers[a as usize].cmp(&numbers[b as usize]));
-        numbers.iter().for_each(|&number| grid.offsets[number + 1] += 1);
-        (1..grid.offsets.len()).for_each(|cube| grid.offsets[cube] += grid.offsets[cube - 1]);
-        grid.places = order.into_mapped(|place| points[place as usize].0);
+        let mut grid = Cubes { low, counts, places: Rows::default() };
+        let places = Rows::new(counts.iter().product::<i32>() as usize, &|add| {
+            for (cube, point) in cubes.iter().zip(points) {
+                grid.number(*cube).into_iter().for_each(|number| add(number, point.0));
+            }
+        });
+        grid.places = places;
         grid
     }
 
@@ -84,7 +82,7 @@ impl Cubes {
 
     fn in_cube(&self, cube: [i32; 3]) -> &[u32] {
         match self.number(cube) {
-            Some(number) => &self.places[self.offsets[number] as usize..self.offsets[number + 1] as usize],
+            Some(number) => self.places.row(number),
             None => &[],
         }
     }

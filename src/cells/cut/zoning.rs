@@ -3,6 +3,7 @@
 use nalgebra::SymmetricEigen;
 
 use crate::geometry::{Mat3, Vec3};
+use crate::order::falling;
 use crate::tensor;
 
 use super::parts::Part;
@@ -72,9 +73,7 @@ impl Inner {
         let Some(factor) = self.volume.variance().cholesky() else { return found };
         let inverse = tensor::inverse(&factor.l()).unwrap_or_else(Mat3::identity);
         let spread = SymmetricEigen::new(inverse * self.free.variance() * inverse.transpose());
-        let mut order = [0, 1, 2];
-        crate::order::sort(&mut order, &|&a: &usize, &b| spread.eigenvalues[b].total_cmp(&spread.eigenvalues[a]));
-        for (place, k) in order.into_iter().enumerate() {
+        for (place, k) in falling(spread.eigenvalues.into()).into_iter().enumerate() {
             if spread.eigenvalues[k] < SPREAD || self.free.weight < FREE * (place + 2) as f64 / 4.0 {
                 break;
             }

@@ -11,6 +11,7 @@ use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_parts, check_point_count, gauss_legendre};
 
 use super::super::brick::determinant;
+use super::super::edges::on_chord;
 use super::super::lattice::ASKEW;
 use super::super::mesh::parabola;
 use super::super::smoothing::on_facets;
@@ -128,24 +129,15 @@ impl Cells<2> for Refined {
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
         let gauss = on_facets(gauss, !self.bulges.is_empty());
-        let (abscissae, weights) = gauss_legendre(gauss)?;
+        let rule = gauss_legendre(gauss)?;
         check_parts(parts)?;
         let mut cells = BoundaryCells::empty();
         for face in self.base.faces(part)? {
             for ends in self.face_chords(face) {
-                let [from, to] = [ends.0, ends.1].each(|p| self.positions[p as usize]);
-                let bulge = self.bulge(ends.0, ends.1);
-                for k in 0..parts {
-                    for (t, w) in abscissae.iter().zip(&weights) {
-                        let t = (k as f64 + t) / parts as f64;
-                        let (position, along) = parabola(&from, &to, &bulge, t);
-                        let length = along.norm();
-                        let normal = Vec2::new(along[1], -along[0]) / length;
-                        let traces = vec![(ends.0, 1.0 - t), (ends.1, t)];
-                        cells.push(position, length * w / parts as f64, normal, traces);
-                    }
-                }
-                cells.points.close_group();
+                let at = [ends.0, ends.1].each(|p| self.positions[p as usize]);
+                on_chord(at, &self.bulge(ends.0, ends.1), parts, &rule, &mut cells, &|t, _| {
+                    vec![(ends.0, 1.0 - t), (ends.1, t)]
+                });
             }
         }
         Ok(cells)

@@ -1,6 +1,6 @@
 //! Whether a cell of a mesh holds a point.
 
-use crate::cells::brick::{determinant, multilinear};
+use crate::cells::brick::{inverse, multilinear};
 use crate::each::{array_of, point_of};
 use crate::geometry::{Bounds, Point};
 use crate::mesh::{CellShape, Mesh};
@@ -20,25 +20,12 @@ pub(super) fn holds<const D: usize>(mesh: &Mesh<D>, cell: usize, at: &Point<D>, 
     for (x, &corner) in x.iter_mut().zip(corners) {
         *x = mesh.points()[corner as usize];
     }
-    // Newton on the cell's map, by Cramer's rule; one step does for straight simplices, a few from the middle for others.
-    let mut local = match shape {
+    let start = match shape {
         CellShape::Triangle | CellShape::Tetrahedron => Point::repeat(0.25),
         CellShape::Prism => point_of(|i| if i == 2 { 0.5 } else { 1.0 / 3.0 }),
         _ => Point::repeat(0.5),
     };
-    for _ in 0..20 {
-        let (position, columns) = map(shape, &x, &local);
-        let total = determinant(&columns);
-        let step = point_of::<D>(|i| {
-            let mut replaced = columns;
-            replaced[i] = at - position;
-            determinant(&replaced) / total
-        });
-        local += step;
-        if step.norm() < 1e-12 {
-            break;
-        }
-    }
+    let local = inverse(at, start, &|local| map(shape, &x, local));
     let simplex = match shape {
         CellShape::Triangle | CellShape::Tetrahedron => D,
         CellShape::Prism => 2,

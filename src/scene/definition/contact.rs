@@ -40,12 +40,12 @@ impl<const D: usize> Scene<D> {
     /// that passes the patch test whether particles match or not; the smaller part carries the pressures, of two of equal size the one
     /// with more facets. Faces of two bodies that are to touch are not bonded there.
     pub fn contact_between(self, first: impl Into<Place<D>>, second: impl Into<Place<D>>, name: &str) -> Self {
-        self.contact_pair(ContactPair::between(first, second, name))
+        self.with(ContactPair::between(first, second, name))
     }
 
     /// Lets a boundary part touch itself where it folds, without friction; results are found by the name.
     pub fn contact_itself(self, place: impl Into<Place<D>>, name: &str) -> Self {
-        self.contact_pair(ContactPair::itself(place, name))
+        self.with(ContactPair::itself(place, name))
     }
 
     /// Lets two boundary parts that are drawn into each other touch without friction: the overlap is resolved along the load.
@@ -67,12 +67,6 @@ impl<const D: usize> Scene<D> {
     /// # Ok::<(), rkpm::Error>(())
     /// ```
     pub fn press_fit(self, first: impl Into<Place<D>>, second: impl Into<Place<D>>, name: &str) -> Self {
-        self.contact_pair(ContactPair::between(first, second, name).interference(1.0))
-    }
-
-    /// Lets boundary parts touch each other as a [`ContactPair`] says.
-    pub fn contact_pair(mut self, pair: ContactPair<D>) -> Self {
-        self.contact_pairs.push(pair);
-        self
+        self.with(ContactPair::between(first, second, name).interference(1.0))
     }
 }

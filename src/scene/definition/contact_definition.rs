@@ -34,7 +34,7 @@ impl<const D: usize> ContactDefinition<D> {
 /// let pair = ContactPair::between("shaft", "bore", "fit").interference(0.5).friction(0.4);
 /// # let _: ContactPair<2> = pair;
 /// ```
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct ContactPair<const D: usize> {
     pub(crate) first: Place<D>,
     pub(crate) second: Option<Place<D>>,

@@ -28,11 +28,19 @@ pub enum Action<const D: usize> {
     Condition(Condition<D>),
     /// A load.
     Load(Load<D>),
+    /// Boundary parts that touch each other.
+    ContactPair(ContactPair<D>),
 }
 
 impl<const D: usize> From<Condition<D>> for Action<D> {
     fn from(condition: Condition<D>) -> Self {
         Action::Condition(condition)
+    }
+}
+
+impl<const D: usize> From<ContactPair<D>> for Action<D> {
+    fn from(pair: ContactPair<D>) -> Self {
+        Action::ContactPair(pair)
     }
 }
 
@@ -173,6 +181,7 @@ impl<const D: usize> Scene<D> {
         match action.into() {
             Action::Condition(condition) => self.conditions.push(condition),
             Action::Load(load) => self.loads.push(load),
+            Action::ContactPair(pair) => self.contact_pairs.push(pair),
         }
         self
     }

@@ -161,12 +161,6 @@ impl Scheme {
         self
     }
 
-    /// Sets how many particles, by a [`Resolution`].
-    pub fn resolution(mut self, resolution: Resolution) -> Self {
-        self.resolution = Some(resolution);
-        self
-    }
-
     /// Sets the particles along each axis; one number stands for all axes.
     pub fn particles(mut self, counts: impl Into<Vec<usize>>) -> Self {
         self.resolution = Some(Resolution::Counts(counts.into()));

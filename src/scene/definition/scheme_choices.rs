@@ -6,7 +6,7 @@ use crate::term::PressureField;
 
 /// How many particles.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Resolution {
+pub(crate) enum Resolution {
     /// Particles along each axis; one number stands for all axes. Over planar regions about the product of them.
     Counts(Vec<usize>),
     /// The largest spacing of particles \[length\].
@@ -87,7 +87,7 @@ pub enum Rule {
 
 /// How the volumetric energy is treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PressureScheme {
+pub(crate) enum PressureScheme {
     /// Linear pressures on macro cells of two cells per direction; constant per cell where only one
     /// cell spans a thickness.
     ///

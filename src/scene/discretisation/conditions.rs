@@ -53,7 +53,7 @@ pub(crate) fn singles<'a, const D: usize>(
         let prescribed = match value {
             Value::Motion(motion) => {
                 let (motion, amplitude) = (motion.clone(), amplitude.clone());
-                moved(Arc::new(move |x: &Point<D>, load: f64| motion(x, amplitude.value(load))))
+                moved(move |x: &Point<D>, load: f64| motion(x, amplitude.value(load)))
             }
             value => scaled(|x| value.at(x, 1.0), amplitude),
         };
@@ -120,11 +120,11 @@ pub(crate) fn equations<const D: usize>(
         requests.push(own);
     }
     let owners = claims.settle((D, &nodes));
-    let mut equations = Constraints::new();
+    let mut equations = Constraints::default();
     equations.overrule(owners.overruled);
     let (mut placed, mut ties, mut last) = (Vec::with_capacity(mine.len()), Vec::with_capacity(tied.len()), Vec::new());
     for (number, ((condition, place), own)) in all.iter().zip(&requests).enumerate() {
-        let first = equations.len();
+        let first = equations.equations().len();
         for request in own {
             let before = equations.mark();
             if let Err(error) = of.add(&mut equations, mine, request, &nodes, &owners.yielded, &mut last) {
@@ -133,7 +133,7 @@ pub(crate) fn equations<const D: usize>(
                 equations.take_back(before);
             }
         }
-        let own = first..equations.len();
+        let own = first..equations.equations().len();
         if number < mine.len() {
             let (name, nodes) = (condition.name.clone(), 0..of.cells.positions().len());
             placed.push(Placed { name, place: Some((*place).clone()), equations: own, nodes });
@@ -402,7 +402,7 @@ mod tests {
             ReproducingKernel::new(cells.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
         for facets in [None, Some(FacetRule { parts: 2, gauss: 2 })] {
             let of = Conditioned { scene: &scene, cells: &cells, approximation: &approximation, facets };
-            let mut equations = Constraints::new();
+            let mut equations = Constraints::default();
             let all = scene.conditions.iter().flat_map(|condition| singles(condition, &condition.place));
             let (mut claims, nodes) = (Claims::default(), all_padded(approximation.nodes()));
             let requests: Vec<_> =

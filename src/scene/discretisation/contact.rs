@@ -232,7 +232,7 @@ fn between(
 /// Whether a face is to carry the pressures rather than another one: the smaller one, whose trace functions lie on the other one as a whole;
 /// of two that differ by less than a facet the finer one.
 fn carries(face: &ContactSurface, other: &ContactSurface) -> bool {
-    let [facets, its_facets] = [face, other].map(|face| face.table.clusters.len());
+    let [facets, its_facets] = [face, other].map(|face| face.table.clusters.count());
     let most = facets.max(its_facets) as f64;
     let alike = (face.area - other.area).abs() * most < face.area.max(other.area);
     if alike { facets > its_facets } else { face.area < other.area }

@@ -192,7 +192,7 @@ impl<const D: usize> DiscreteBody<D> {
             Points { positions, weights: vec![1.0; count], normals: Vec::new(), groups: (0..=count).collect() };
         let table = ShapeTable::new(&*self.approximation, &points, &Unmeasured)?;
         let (mut cover, mut largest_slope) = (usize::MAX, 0.0f64);
-        for point in 0..table.len() {
+        for point in 0..table.point_count() {
             let (nodes, gradients) = (table.nodes(point), table.gradients(point));
             cover = cover.min(nodes.len());
             for (a, &node) in nodes.iter().enumerate() {

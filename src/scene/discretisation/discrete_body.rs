@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::cells::Cells;
 use crate::error::{ApproximationError, Error, SolveError};
-use crate::geometry::{Mat3, Point, padded};
+use crate::geometry::{Point, padded};
 use crate::scene::{Sheet, Value};
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::solve::State;
@@ -83,17 +83,6 @@ impl<const D: usize> DiscreteBody<D> {
         let (given, needed) = (state.displacement.len(), self.nodes.end * D);
         let what = "displacement";
         if given < needed { Err(SolveError::OtherModel { what, given, needed }) } else { Ok(()) }
-    }
-
-    /// Deformation gradients at the points of the body's table; in a sheet with the thickness that its law leaves it without a history, see
-    /// [`Problem::deformation_gradients`](crate::scene::Problem::deformation_gradients).
-    ///
-    /// # Errors
-    /// [`SolveError::OtherModel`] for a state of another problem.
-    pub fn deformation_gradients(&self, state: &State) -> Result<Vec<Mat3>, SolveError> {
-        self.reads(state)?;
-        let points = 0..self.body.table().len();
-        Ok(points.map(|point| self.body.deformation_gradient(point, &state.displacement)).collect())
     }
 
     /// Hydrostatic pressures \[stress\] at the points of the body's table; `number` is that of its term.

@@ -198,12 +198,12 @@ fn finish<const D: usize>(
     }
     let particles = positions.len();
     positions.extend(rigid_dofs(scene, &positions));
-    let (mut equations, mut placed, mut ties, mut krylov) = (Constraints::new(), Vec::new(), Vec::new(), None);
+    let (mut equations, mut placed, mut ties, mut krylov) = (Constraints::default(), Vec::new(), Vec::new(), None);
     let (mut discrete_bodies, mut rules, mut tables) = (Vec::new(), Vec::new(), Vec::new());
     for BuiltBody { discrete_body, facets, equations: own, placed: mine, loads, ties: tied, krylov: own_krylov } in
         built
     {
-        let (equation, node) = (equations.len(), discrete_body.nodes.start);
+        let (equation, node) = (equations.equations().len(), discrete_body.nodes.start);
         krylov = own_krylov;
         let shifted = |range: Range<usize>, by: usize| range.start + by..range.end + by;
         if discrete_bodies.is_empty() {
@@ -255,7 +255,7 @@ fn finish<const D: usize>(
     }
     let rolling = hold_rolling(scene, &discrete_bodies, sharing, &equations, &contacts, &mut model);
     let elements = discrete_bodies.len() == 1 && scheme.approximation == ApproximationChoice::Elements;
-    let few = equations.len() <= TRANSFORMATION_ROWS || elements;
+    let few = equations.equations().len() <= TRANSFORMATION_ROWS || elements;
     let analysis = analysis_of(scheme, !bonded && frames.is_empty() && few, krylov)?;
     Ok(Problem {
         model,

@@ -37,7 +37,7 @@ pub(super) fn linear_fits<const D: usize>(
     let clusters = of.clusters();
     let weights = list_of(of.weights().len(), |point| of.weights()[point] / stretch(&of.positions()[point]).powi(3));
     let mut points = Points { positions: of.positions().to_vec(), weights, ..Points::empty() };
-    for cluster in 0..clusters.len() {
+    for cluster in 0..clusters.count() {
         points.groups.push(clusters.points(cluster).end);
     }
     let closest = closest(of, nodes);

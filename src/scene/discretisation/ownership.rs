@@ -38,9 +38,9 @@ impl TermOwnership {
     fn of_body<const D: usize>(discrete_body: &DiscreteBody<D>) -> Self {
         let table = discrete_body.body.table();
         let variables = discrete_body.body.layout().history;
-        let each = variables.saturating_sub(1) / table.len().max(1);
+        let each = variables.saturating_sub(1) / table.point_count().max(1);
         let mut ownership = TermOwnership { common: variables.min(1), ..TermOwnership::default() };
-        for cluster in 0..table.clusters().len() {
+        for cluster in 0..table.clusters().count() {
             let points = table.clusters().points(cluster);
             ownership.keys.push(key(&table.positions()[points.clone()]));
             ownership.unknowns.push(discrete_body.body.unknowns(cluster).len());

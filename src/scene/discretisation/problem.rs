@@ -72,11 +72,6 @@ impl<const D: usize> Problem<D> {
         &self.equations
     }
 
-    /// The essential conditions, to add rows of one's own.
-    pub fn equations_mut(&mut self) -> &mut Constraints {
-        &mut self.equations
-    }
-
     /// Strategies and stepping.
     pub fn analysis(&self) -> &Analysis {
         &self.analysis
@@ -204,8 +199,8 @@ impl<const D: usize> Problem<D> {
         Ok(self.view().deformation_gradients(state))
     }
 
-    /// Mean stresses \[stress\], positive in tension, at the [`points`](Problem::points) of the bodies' tables, see [`Body::pressures`];
-    /// `None` where a material has no volumetric part.
+    /// Hydrostatic pressures $p = U'$ (2.15) \[stress\], positive in tension, at the [`points`](Problem::points) of the bodies' tables;
+    /// those of the zones where pressures are projected. `None` where a material has no volumetric part.
     ///
     /// # Errors
     /// [`SolveError::OtherModel`] for a state of another problem.

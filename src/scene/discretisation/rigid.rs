@@ -124,12 +124,12 @@ pub(crate) fn frames<const D: usize>(
     for condition in &scene.conditions {
         let place = scene.resolve(&condition.place);
         let Some((number, point)) = scene.rigid_at(&place) else { continue };
-        let first = equations.len();
+        let first = equations.equations().len();
         frames[number].prescribe(equations, condition, point, revolved)?;
         // By the name of the body results are those of its parts, which carry what its conditions do.
         let own = condition.name.clone().filter(|name| *name != frames[number].name);
         let (name, nodes) = (own, frames[number].nodes());
-        placed.push(Placed { name, place: Some(place), equations: first..equations.len(), nodes });
+        placed.push(Placed { name, place: Some(place), equations: first..equations.equations().len(), nodes });
     }
     Ok(frames)
 }

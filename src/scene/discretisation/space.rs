@@ -72,7 +72,7 @@ fn of_factors<const D: usize>(
 ) -> Result<f64, LinearError> {
     let mut columns: Vec<Vec<u32>> = vec![Vec::new(); positions.len()];
     let mut most = vec![0usize; positions.len()];
-    for cluster in 0..table.clusters().len() {
+    for cluster in 0..table.clusters().count() {
         let nodes = table.clusters().nodes(cluster);
         for (place, &node) in nodes.iter().enumerate() {
             let column = &mut columns[node as usize];
@@ -259,7 +259,7 @@ pub(crate) fn krylov<const D: usize>(
     }
     let table = ShapeTable::new(approximation, &at, &Unmeasured)?;
     let mut values = (vec![0], Vec::new(), Vec::new());
-    for point in 0..table.len() {
+    for point in 0..table.point_count() {
         values.1.extend_from_slice(table.nodes(point));
         values.2.extend_from_slice(table.values(point));
         values.0.push(values.1.len());
@@ -313,7 +313,7 @@ fn elements_of<const D: usize>(
         PressureScheme::Field { size, .. } => size,
     };
     let zones = sharing.zones(cells, cells.zones(size));
-    if body.table().clusters().len() + 1 != zones.offsets.len() {
+    if body.table().clusters().count() + 1 != zones.offsets.len() {
         return Ok(None);
     }
     let elements = FiniteElements::new(lattice.clone(), 1)?;

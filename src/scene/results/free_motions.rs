@@ -233,7 +233,7 @@ fn pieces(problem: &ProblemView<'_>, body: &dyn BodyView) -> Vec<Vec<usize>> {
         return vec![nodes.collect()];
     }
     let mut sets = Disjoint::new(nodes.len());
-    for cluster in 0..clusters.len() {
+    for cluster in 0..clusters.count() {
         let mut own = clusters.nodes(cluster).iter().filter_map(|&node| (node as usize).checked_sub(nodes.start));
         let Some(first) = own.next() else { continue };
         for node in own.filter(|&node| node < nodes.len()) {

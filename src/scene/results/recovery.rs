@@ -361,7 +361,7 @@ impl<'a> Recovery<'a> {
         let (body, dim) = (problem.bodies[number], problem.dim);
         let (clusters_of, nodes) = (body.clusters(), body.nodes());
         let mut clusters = vec![Vec::new(); nodes.len()];
-        for cluster in 0..clusters_of.len() {
+        for cluster in 0..clusters_of.count() {
             for &node in clusters_of.nodes(cluster) {
                 clusters[node as usize - nodes.start].push(cluster as u32);
             }

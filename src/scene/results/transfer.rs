@@ -82,7 +82,7 @@ impl<const D: usize> Problem<D> {
                     own[..condensed.len()].copy_from_slice(&condensed);
                 }
             }
-            if let (false, Some(given)) = (other.body.table().is_empty(), state.condensed.get(place)) {
+            if let (false, Some(given)) = (other.body.table().point_count() == 0, state.condensed.get(place)) {
                 let nearest = BoxTree::of(other.body.table().positions());
                 let internal_variables =
                     discrete_body.body.memory_from(&other.body, given, |x| nearest.nearest(x).unwrap_or(0));

@@ -71,7 +71,7 @@ fn begin_slips<const D: usize>(problem: &Problem<D>, next: &mut State) {
 fn expands_as_before<const D: usize>(before: &Problem<D>, problem: &Problem<D>) -> Result<(), Incompatible> {
     let alike = |(body, other): (&DiscreteBody<D>, &DiscreteBody<D>)| {
         let (table, other) = (body.body.table(), other.body.table());
-        table.positions() != other.positions() || (0..table.len()).all(|k| table.at_rest(k) == other.at_rest(k))
+        table.positions() != other.positions() || (0..table.point_count()).all(|k| table.at_rest(k) == other.at_rest(k))
     };
     let remedy = "give it from the first stage on; for a change of temperature in steps solve a run for each";
     let all = problem.discrete_bodies.iter().zip(&before.discrete_bodies);

@@ -81,7 +81,7 @@ impl<const D: usize> Stages<D> {
     }
 
     /// The names of the stages, in order.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.stages.iter().map(|stage| stage.name.as_str())
     }
 
@@ -139,7 +139,7 @@ impl<const D: usize> Stages<D> {
                 Some(before) => carry::start(&before.problem, before.path.last(), &mut problem)?,
             };
             let path = match given.next() {
-                None => solve(&stage.name, &problem, EquilibriumPath::new(start))?,
+                None => solve(&stage.name, &problem, EquilibriumPath::from(start))?,
                 Some(path) if path.start != start => {
                     let off = largest(&path.start.displacement, &start.displacement);
                     let what = "its first state is off that in which the stage before ended by";

@@ -479,7 +479,7 @@ fn two_bodies(a: &mut Args) -> Result<Heard, Error> {
         .scheme_of(a.name("nobody|\"\"", "lower"), move |scheme| scheme.particles(fine.clone()))
         .hold(a.place("nobody|empty name|lower", Place::on(BOTTOM).of("lower")))
         .with(Condition::on(Place::on(TOP).of("cap")).displacement(a.vector("face (1, Max)", [0.05, -0.05])))
-        .contact_pair(pair);
+        .with(pair);
     hear(&scene, &Scheme::default().particles([3, 3]), |problem, path| {
         Ok(vec![problem.contact(path.last(), a.name("nobody|\"\"", "fit"))?.force[1]])
     })
@@ -492,7 +492,7 @@ fn press_fit(a: &mut Args) -> Result<Heard, Error> {
         .hold(Place::on(BOTTOM).of("lower"))
         .hold(Place::on(TOP).of("upper"));
     let fit = ContactPair::between(Place::on(TOP).of("lower"), Place::on(BOTTOM).of("upper"), "fit");
-    let pressed = scene.clone().contact_pair(fit.interference(a.number("interference", 0.5)));
+    let pressed = scene.clone().with(fit.interference(a.number("interference", 0.5)));
     hear(&pressed, &Scheme::default().particles([3, 3]), nothing)?;
     let named = scene.press_fit(
         a.place("nobody|empty name|fit|face (1, Max)", Place::on(TOP).of("lower")),
@@ -586,7 +586,7 @@ fn fit(a: &mut Args) -> Result<Heard, Error> {
     if let Some(first) = points.first_mut() {
         *first = [a.number("stretch", 1.2), a.number("stress", 0.25)];
     }
-    let data = TestData::new().with(Mode::Uniaxial, points)?.weighted(Mode::Uniaxial, a.number("weight", 2.0))?;
+    let data = TestData::default().with(Mode::Uniaxial, points)?.weighted(Mode::Uniaxial, a.number("weight", 2.0))?;
     let report = Fit::new(Law::MooneyRivlin)
         .starts(a.count("start", 5))
         .seed(a.count("seed", 2) as u64)

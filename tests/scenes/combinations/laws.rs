@@ -84,7 +84,7 @@ fn run<const D: usize, S: Dimension<D>>(case: Case) -> Result<(Problem<D>, Equil
     let sized = || Tolerance::of(Quantity::displacement(seen::<D>().into(), D - 1), TOLERANCE);
     let budget = Budget { unknowns: 3000, levels: 4, ..Budget::default() };
     let answer = match case.option(RUN) {
-        "solve_within" => Some(scene.solve_within_by(&scheme, &sized(), budget)?),
+        "solve_within" => Some(scene.solve_within_by(std::slice::from_ref(&scheme), &sized(), budget, &mut ())?),
         "locally" => Some(S::locally(&scene, &scheme, &sized(), budget)?),
         _ => None,
     };

@@ -2,13 +2,15 @@
 
 use std::collections::{HashMap, HashSet};
 
-use nalgebra::{Matrix2, Vector3};
+use nalgebra::Vector3;
 
+use crate::each::EachOf;
 use crate::error::{Doubt, DoubtCause};
 use crate::material::surface_stability;
 use crate::scene::Problem;
 use crate::scene::results::view::ProblemView;
 use crate::solve::State;
+use crate::tensor::across;
 
 use super::surface_points::SurfacePoint;
 
@@ -80,13 +82,7 @@ fn least(point: &SurfacePoint, of: &dyn Fn(f64, f64) -> f64) -> Option<f64> {
         let tangent = Vector3::new(-normal.y, normal.x, 0.0);
         vec![of(tangent.dot(&(strain * tangent)).sqrt(), strain[(2, 2)].sqrt())]
     } else {
-        let first = if normal.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() }.cross(&normal).normalize();
-        let second = normal.cross(&first);
-        let part = |a: &Vector3<f64>, b: &Vector3<f64>| a.dot(&(strain * b));
-        let plane =
-            Matrix2::new(part(&first, &first), part(&first, &second), part(&second, &first), part(&second, &second));
-        let squares = plane.symmetric_eigenvalues();
-        let [a, b] = [squares[0].max(0.0).sqrt(), squares[1].max(0.0).sqrt()];
+        let [a, b] = <[f64; 2]>::from(across(&strain, &normal)).each(|square| square.max(0.0).sqrt());
         vec![of(a, b), of(b, a)]
     };
     values.into_iter().filter(|value| value.is_finite()).min_by(f64::total_cmp)

@@ -47,7 +47,7 @@ impl<const D: usize> Problem<D> {
     /// * bodies that have passed through one another, through themselves or through a rigid surface, where no contact is declared,
     /// * walls that were left with few particle spacings across,
     /// * conditions that prescribe different values at a common edge,
-    /// * free surfaces beyond Biot's limit ([`surface_stability`](crate::material::surface_stability)).
+    /// * free surfaces beyond Biot's limit, at which they crease.
     ///
     /// Costs shape functions and a sum over the surface for each of its points, of which 2000 are looked at.
     ///
