@@ -16,6 +16,7 @@ mod system;
 pub use assembler::Assembler;
 pub(crate) use fault::fault;
 pub use model::Model;
+pub(crate) use model::misnumbered;
 pub use model_at::ModelAt;
 pub use pattern::Pattern;
 pub(crate) use pattern::add_column;

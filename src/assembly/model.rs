@@ -25,8 +25,8 @@ pub struct Model {
     needs: Vec<[usize; 2]>,
     /// The dimension of the first term of another one.
     misfit: Option<usize>,
-    /// The first term, and its cluster, whose nodes do not rise.
-    unsorted: Option<[usize; 2]>,
+    /// The first term whose nodes do not rise, or whose clusters share condensed unknowns.
+    misnumbered: Option<SolveError>,
     /// Those that share the clusters, where it is not one alone.
     pub(super) ranks: Option<Arc<dyn Ranks>>,
     /// That of its states.
@@ -53,7 +53,7 @@ impl Model {
             replicated: Vec::new(),
             needs: Vec::new(),
             misfit: None,
-            unsorted: None,
+            misnumbered: None,
             ranks: None,
         }
     }
@@ -101,8 +101,10 @@ impl Model {
         let clusters = 0..term.clusters();
         let falls = |&cluster: &usize| !term.nodes(cluster).is_sorted_by(|a, b| a < b);
         self.misfit = self.misfit.or(Some(term.dim()).filter(|&dim| dim != self.dim));
-        if self.unsorted.is_none() {
-            self.unsorted = clusters.clone().find(falls).map(|cluster| [self.terms.len(), cluster]);
+        if self.misnumbered.is_none() {
+            let number = self.terms.len();
+            let falls = clusters.clone().find(falls).map(|cluster| SolveError::Nodes { term: number, cluster });
+            self.misnumbered = falls.or_else(|| misnumbered(&*term, number));
         }
         let nodes = clusters.clone().flat_map(|c| term.nodes(c)).map(|&node| node as usize + 1);
         self.needs.push([
@@ -143,9 +145,9 @@ impl Model {
         self.misfit
     }
 
-    /// The first term, and its cluster, whose nodes do not rise: nothing can be solved with it.
-    pub(crate) fn unsorted(&self) -> Option<[usize; 2]> {
-        self.unsorted
+    /// The first term whose nodes do not rise, or whose clusters share condensed unknowns: nothing can be solved with it.
+    pub(crate) fn misnumbered(&self) -> Option<&SolveError> {
+        self.misnumbered.as_ref()
     }
 
     /// Displacement components of a node.
@@ -212,17 +214,22 @@ impl Model {
             .collect()
     }
 
-    /// Whether all terms stay among the nodes and in their dimension.
+    /// Whether all terms stay among the nodes and in their dimension, each cluster with unknowns of its own.
     pub(super) fn is_complete(&self) -> bool {
-        self.misfit.is_none() && self.needs.iter().all(|[nodes, _]| *nodes <= self.node_count())
+        self.misfit.is_none()
+            && self.misnumbered.is_none()
+            && self.needs.iter().all(|[nodes, _]| *nodes <= self.node_count())
     }
 
     /// Refuses states whose vectors are not as long as the terms read them or that belong to other particles, and all where terms reach
-    /// beyond the nodes or are of another dimension.
+    /// beyond the nodes, are of another dimension, or have clusters that are numbered wrongly.
     pub(super) fn check(&self, at: StateRef<'_>) -> Result<(), SolveError> {
         let refuse = |what, given, needed| Err(SolveError::OtherModel { what, given, needed });
         if let Some(given) = self.misfit {
             return Err(SolveError::Dimension { given, needed: self.dim });
+        }
+        if let Some(error) = &self.misnumbered {
+            return Err(error.clone());
         }
         if let Some([needed, _]) = self.needs.iter().find(|[nodes, _]| *nodes > self.node_count()) {
             return refuse("nodes", self.node_count(), *needed);
@@ -263,4 +270,21 @@ impl Model {
             term.multiply(zone, x, product);
         }
     }
+}
+
+/// The error of the first cluster of a term whose condensed unknowns run backwards or are those of another one.
+pub(crate) fn misnumbered(term: &dyn Term, number: usize) -> Option<SolveError> {
+    let own = |cluster| (term.unknowns(cluster), cluster);
+    let mut ranges: Vec<[usize; 3]> =
+        (0..term.clusters()).map(own).map(|(range, cluster)| [range.start, range.end, cluster]).collect();
+    ranges.retain(|[start, end, _]| start != end);
+    ranges.sort_unstable();
+    let mut free = 0;
+    for [start, end, cluster] in ranges {
+        if start < free || end < start {
+            return Some(SolveError::Unknowns { term: number, cluster, start, end });
+        }
+        free = end;
+    }
+    None
 }

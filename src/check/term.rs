@@ -1,6 +1,6 @@
 //! The contract of terms.
 
-use crate::assembly::fault;
+use crate::assembly::{fault, misnumbered};
 use crate::each::{Each, add};
 use crate::error::{Error, Invalid, SolveError};
 use crate::linear::vector::norm;
@@ -32,7 +32,8 @@ const SOLVED: f64 = 1e-12;
 /// condensed unknowns that are not solved is not checked.
 ///
 /// # Errors
-/// Where the displacement is not finite, and [`SolveError::MissingNode`] where it lacks nodes of the term.
+/// Where the displacement is not finite, [`SolveError::MissingNode`] where it lacks nodes of the term, and [`SolveError::Unknowns`] where
+/// clusters share condensed unknowns.
 ///
 /// ```
 /// use rkpm::check;
@@ -58,6 +59,9 @@ pub fn term(term: &dyn Term, displacement: &[f64], load: f64) -> Result<Report, 
         if let Some(node) = term.nodes(cluster).iter().map(|&node| node as usize).find(|&node| node >= nodes) {
             return Err(SolveError::MissingNode { term: 0, cluster, node, nodes }.into());
         }
+    }
+    if let Some(error) = misnumbered(term, 0) {
+        return Err(error.into());
     }
     let probe = Probe::new(term, displacement, load);
     let mut order = Law::new("the nodes of a cluster rise", 0.0);
@@ -299,6 +303,11 @@ fn full_matrix(dim: usize, element: &Element, symmetric: bool) -> Vec<f64> {
         }
     }
     for Coupling { left, right } in &element.coupling {
+        if left.iter().chain(right).any(|(k, _)| *k as usize >= size) {
+            // No entry of the cluster: the matrix is none, and shows.
+            full.fill(f64::NAN);
+            break;
+        }
         for (column, r) in right {
             left.iter().for_each(|(row, l)| full[*column as usize * size + *row as usize] += l * r);
         }

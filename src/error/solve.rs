@@ -67,6 +67,21 @@ pub enum SolveError {
         /// Its cluster, counted from 0.
         cluster: usize,
     },
+    /// The condensed unknowns of a cluster run backwards, or are those of another cluster too.
+    #[error(
+        "term {term} of the model, cluster {cluster}: Term::unknowns() returns {start}..{end}, which runs backwards or holds unknowns of \
+         another cluster; return a rising range that no other cluster has a part of"
+    )]
+    Unknowns {
+        /// The term, counted from 0.
+        term: usize,
+        /// Its cluster, counted from 0.
+        cluster: usize,
+        /// The first of its condensed unknowns.
+        start: usize,
+        /// The one behind the last.
+        end: usize,
+    },
     /// A term couples a node that the model lacks.
     #[error(
         "term {term} of the model, cluster {cluster}: Term::nodes() names node {node}, counted from 0, the model has {nodes}; tabulate the \

@@ -185,13 +185,13 @@ fn check_model(model: &Model, equations: &Constraints) -> Result<(), Error> {
     Ok(check_unknowns(equations.equations(), model.unknowns())?)
 }
 
-/// Refuses terms of another dimension, terms whose nodes do not rise, and ones over nodes that the model lacks: their tables belong to another set.
+/// Refuses terms of another dimension, terms whose nodes do not rise or whose clusters share unknowns, and ones over nodes that the model lacks: their tables belong to another set.
 fn check_terms(model: &Model) -> Result<(), SolveError> {
     if model.terms().is_empty() {
         return Err(SolveError::Empty { what: "terms", remedy: "add at least a body" });
     }
-    if let Some([term, cluster]) = model.unsorted() {
-        return Err(SolveError::Nodes { term, cluster });
+    if let Some(error) = model.misnumbered() {
+        return Err(error.clone());
     }
     if let Some(given) = model.misfit() {
         return Err(SolveError::Dimension { given, needed: model.dim() });

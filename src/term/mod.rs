@@ -114,7 +114,7 @@ pub trait Term: Send + Sync {
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element);
 
     /// Where the condensed unknowns of a cluster stand among those of the term: unknowns that it condenses cluster by cluster, and whose
-    /// increments [`advance`](Term::advance) finds.
+    /// increments [`advance`](Term::advance) finds. No cluster has those of another one; others are refused before an analysis begins.
     fn unknowns(&self, _cluster: usize) -> Range<usize> {
         0..0
     }
