@@ -1,5 +1,6 @@
 //! Contact of a body with a rigid surface.
 
+use crate::error::Invalid;
 use crate::geometry::{Point, Vec3, unit};
 use crate::term::{Curve, Element, Layout, Term, View, parted, straight_until};
 
@@ -91,6 +92,21 @@ impl RigidContact {
         let spun = self.turns_freely().then(|| placed.spun(&arm) / self.lever);
         let found = placed.nearest(&*self.surface.shape, &place);
         Beside { point, moved, place, found, arm, motions: [self.surface.free_direction(), spun] }
+    }
+
+    /// What the surface tells of the first point of the boundary beside which it has no gap or no normal: a gap that is NaN would be taken
+    /// for an open one.
+    pub(crate) fn undefined(&self, view: &View<'_>) -> Option<Invalid> {
+        let placed = self.placed(view.displacement, view.load);
+        let undefined = |point: usize| {
+            let Beside { place, found, .. } = self.beside(&placed, point as u32, view);
+            let numbers = std::iter::once(found.gap).filter(|gap| gap.is_nan());
+            let value = numbers.chain(found.normal.iter().copied().filter(|n| !n.is_finite())).next()?;
+            let (name, at) = (&self.surface.name, self.contact_surface.coordinates(&place));
+            let what = format!("{name}: gap or normal by Surface::nearest at x = {at:?}");
+            Some(Invalid::new(what, value, "return numbers wherever the body may come"))
+        };
+        (0..self.contact_surface.table.len()).find_map(undefined)
     }
 
     /// Lists what unknowns of a cluster of `size` move a point by beside the surface: displacements of the nodes that it sees, by their places
@@ -544,6 +560,9 @@ impl Term for RigidContact {
     }
 
     fn check_step(&self, before: View<'_>, after: View<'_>) -> Option<String> {
+        if let Some(undefined) = self.undefined(&after) {
+            return Some(undefined.to_string());
+        }
         let (contact, load) = (self.surface.name.clone(), after.load);
         if let Some(at) = (0..self.contact_surface.traces.len()).find_map(|trace| self.passed_end(trace, &after)) {
             return Some(

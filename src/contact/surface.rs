@@ -56,7 +56,7 @@ impl<const D: usize> Nearest<D> {
 /// assert_eq!(Floor(1.0).nearest(&[3.0, 4.0].into()).gap, 3.0);
 /// ```
 pub trait Surface<const D: usize>: Send + Sync {
-    /// Gap, normal and curvature at a point.
+    /// Gap, normal and curvature at a point. A gap that is NaN, or a normal that is not finite, beside the body is refused.
     fn nearest(&self, x: &Point<D>) -> Nearest<D>;
 
     /// How deep a point may be inside before its nearest point is another one than where it came in \[length\]: steps of the load

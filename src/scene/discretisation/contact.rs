@@ -15,6 +15,7 @@ use crate::geometry::Point;
 use crate::material::Material;
 use crate::shape::FiniteElements;
 use crate::table::ShapeTable;
+use crate::term::View;
 
 use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
@@ -81,6 +82,7 @@ pub(crate) fn contact_definition<const D: usize>(
         let contact_surface = bodies.surface(&contact.place, &|| contact.label(), rigid_dof)?;
         let stiffness = Stiffness::of(shear, bulk);
         let law = RigidContact::new(contact_surface, contact.surface.clone(), moved, rigid_dof, stiffness, fixes);
+        is_defined(&law, moved, model.unknowns())?;
         let fit = law.law.interference.filter(|fit| !fit.resolved);
         if scene.started.is_none() && fit.is_none() {
             looks_at(&law, model.unknowns(), || contact.label())?;
@@ -241,6 +243,15 @@ fn carries(face: &ContactSurface, other: &ContactSurface) -> bool {
 /// Cosine of the angle between the outward normals of a part and of the surface nearest to it above which they look the same
 /// way: the part would have to turn by more than 60° before they could touch.
 const SAME_WAY: f64 = 0.5;
+
+/// Refuses a surface that has no gap or no normal beside the body where it begins.
+fn is_defined(law: &RigidContact, moved: &[f64], unknowns: usize) -> Result<(), Error> {
+    let displacement = started(moved, unknowns);
+    match law.undefined(&View { displacement: &displacement, condensed: &[], load: 0.0 }) {
+        Some(undefined) => Err(undefined.into()),
+        None => Ok(()),
+    }
+}
 
 /// Refuses a surface that no facet of the part looks at: it would be met from behind, through the body.
 fn looks_at(law: &RigidContact, unknowns: usize, label: impl Fn() -> String) -> Result<(), Error> {
