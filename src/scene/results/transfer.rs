@@ -9,7 +9,7 @@ use crate::neighbours::BoxTree;
 use crate::scene::Problem;
 use crate::shape::ShapeFunctions;
 use crate::solve::State;
-use crate::term::parted_mut;
+use crate::term::{Term, parted_mut};
 
 use super::view::BodyView;
 
@@ -50,7 +50,8 @@ pub(crate) fn values(dim: usize, functions: &[ShapeFunctions<3>], field: &[f64])
 impl<const D: usize> Problem<D> {
     /// The state of another discretisation of the same scene as a first guess for this one, to be
     /// [`correct`](crate::solve::Analysis::correct)ed: displacements that agree at the particles, pressures
-    /// and internal variables taken from the nearest integration point.
+    /// and internal variables of bodies taken from the nearest integration point. Those of contacts and of terms of one's own are taken
+    /// over where the terms of the same places in both models have as many, and begin at rest elsewhere.
     ///
     /// # Errors
     /// Where a particle of this problem lies outside the other body.
@@ -93,8 +94,26 @@ impl<const D: usize> Problem<D> {
                 }
             }
         }
+        self.transfer_others(from, state, &mut guess);
         self.transfer_frames(from, state, &mut guess);
         Ok(guess)
+    }
+
+    /// Takes over the condensed unknowns and internal variables of the terms that are no bodies, where those of the same places in both
+    /// models have as many.
+    fn transfer_others(&self, from: &Problem<D>, state: &State, guess: &mut State) {
+        let bodies = self.discrete_bodies.len();
+        if from.discrete_bodies.len() != bodies {
+            return;
+        }
+        let terms = self.model.terms().iter().zip(from.model.terms());
+        let values = guess.condensed.iter_mut().zip(&state.condensed);
+        for ((own, given), (term, other)) in values.zip(terms).skip(bodies) {
+            let counts = |term: &dyn Term| (term.clusters(), term.layout().history);
+            if own.len() == given.len() && counts(&**term) == counts(&**other) {
+                own.copy_from_slice(given);
+            }
+        }
     }
 }
 
