@@ -124,10 +124,11 @@ impl Subject<'_> {
         vec![stress, tangent, symmetry]
     }
 
-    /// [`Material::respond`] against the whole response, for the components that plane, radial and solid bodies ask for.
+    /// [`Material::respond`] against the whole response, for the components that plane, radial and solid bodies and the thickness of sheets ask for.
     fn components_alone(&self, samples: &[Mat3]) -> Law {
-        let lists: [&[usize]; 8] = [
+        let lists: [&[usize]; 9] = [
             &[0],
+            &[8],
             &[0, 4],
             &[0, 4, 8],
             &[0, 1, 3, 4],
@@ -199,7 +200,7 @@ impl Subject<'_> {
         let mut slopes = Law::new("U' and U'' are derivatives of U", TOLERANCE);
         let bulk = volumetric.evaluate(1.0).curvature.abs();
         let stiffness = self.stiffness.max(bulk);
-        for (past, f, place) in self.each(samples).take(samples.len()) {
+        for (past, f, place) in self.each(samples) {
             let j = f.determinant();
             let u = volumetric.evaluate(j);
             let strain = (f - Mat3::identity()).norm_squared();

@@ -4,8 +4,8 @@ use crate::error::ApproximationError;
 
 /// A kernel function of the normalised distance.
 ///
-/// Kernels are even, largest at 0 and zero for $z \ge 1$. Their scale is irrelevant: it cancels in
-/// the moment matrix. Values and slopes are finite, and no value is negative: the moment matrix is factorised as a
+/// Kernels are even, largest at 0 and zero for $z \ge 1$. A factor of all values cancels in the
+/// moment matrix where supports are all balls or all boxes; where both occur, boxes have it once for each axis. Values and slopes are finite, and no value is negative: the moment matrix is factorised as a
 /// positive definite one, which it is for kernels without a negative part alone. A particle whose kernel is zero
 /// inside its support is left out there. Values that are negative or not finite, slopes that are not finite, and a
 /// kernel without a value at 0 are refused, when the shape functions are made or at the point that meets them; jumps,
