@@ -121,11 +121,11 @@ impl<const D: usize> BoundaryCells<D> {
         self.points.validate()?;
         let wrong = |what, count, needed| Err(GeometryError::Count { what, count, needed });
         if self.traces.len() != self.points.positions.len() {
-            return wrong("lists of trace functions", self.traces.len(), "give one for each boundary point");
+            return wrong("lists in BoundaryCells::traces", self.traces.len(), "give one for each boundary point");
         }
         match self.traces.iter().flatten().find(|trace| trace.0 as usize >= particles) {
             Some(&(particle, _)) => {
-                wrong("particle of a trace function", particle as usize, "name particles that exist")
+                wrong("particle in BoundaryCells::traces", particle as usize, "name particles that exist")
             }
             None => Ok(()),
         }

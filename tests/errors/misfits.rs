@@ -7,9 +7,13 @@ use approx::assert_abs_diff_eq;
 use rkpm::assembly::{Pattern, StateRef, System};
 use rkpm::cells::{BoundaryCells, Cells, Refined, Scatter, Smoothing, Triangulation, Voronoi, Zones};
 use rkpm::check;
+use rkpm::contact::{Nearest, Surface};
 use rkpm::error::{ApproximationError, GeometryError, SolveError};
+use rkpm::material::{Mullins, Past, Prony, Response, Viscoelastic, VolumetricEnergy};
+use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
-use rkpm::term::{Element, View};
+use rkpm::scene::ConstraintKind;
+use rkpm::term::{Coupling, Element, View};
 
 fn lattice() -> Lattice<2> {
     Block::new([0.0, 0.0], [2.0, 1.0]).lattice([5, 4]).unwrap()
@@ -248,10 +252,25 @@ impl Cells<2> for Odd {
         self.0.nodal_cells(gauss)
     }
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
-        self.0.boundary(part, parts, gauss)
+        let mut facets = self.0.boundary(part, parts, gauss)?;
+        match self.1 {
+            8 => facets.points.normals.clear(),
+            9 => facets.traces.clear(),
+            10 => facets.traces[0][0].0 = 20,
+            11 => facets = BoundaryCells { points: Points::empty(), traces: Vec::new() },
+            _ => {}
+        }
+        Ok(facets)
     }
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
-        self.0.boundary_nodes(part)
+        match self.1 {
+            7 => Ok(vec![0, 99]),
+            12 => Ok(Vec::new()),
+            _ => self.0.boundary_nodes(part),
+        }
+    }
+    fn drawn(&self) -> Vec<Vec<usize>> {
+        if self.1 == 6 { vec![vec![0, 1, 20]] } else { self.0.drawn() }
     }
     fn contains(&self, at: &Point<2>) -> bool {
         self.0.contains(at)
@@ -262,9 +281,9 @@ impl Cells<2> for Odd {
 fn scenes_over_cells_that_name_what_is_not_there() {
     let words = [
         "",
-        "particles that the cells make",
+        "corner of a cell, by Cells::corners",
         "cell of a zone",
-        "corner of a cell: 999",
+        "by Cells::corners: 999",
         "particles that the",
         "groups of",
     ];
@@ -484,4 +503,237 @@ fn zones_of_cells_that_are_not_there() {
         }
         assert!(matches!(cells.smoothing(1_000_000, 2, &good), Err(GeometryError::Count { .. })));
     }
+}
+
+/// Springs between nodes 6 and 19 that claim condensed unknowns, and may couple an unknown that they lack.
+struct Claiming(Vec<[usize; 2]>, u32);
+
+impl Term for Claiming {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn clusters(&self) -> usize {
+        self.0.len()
+    }
+    fn nodes(&self, _: usize) -> &[u32] {
+        &[6, 19]
+    }
+    fn unknowns(&self, cluster: usize) -> std::ops::Range<usize> {
+        let [start, end] = self.0[cluster];
+        start..end
+    }
+    fn linearize(&self, _: usize, _: View<'_>, out: &mut Element) {
+        if out.with_matrix {
+            out.coupling.push(Coupling { left: vec![(self.1, 1.0)], right: vec![(self.1, 1.0)] });
+        }
+    }
+}
+
+/// Ranges that run backwards were sliced by, and ones that clusters share were written over by the last of them.
+#[test]
+fn terms_whose_condensed_unknowns_are_others() {
+    let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((0, Side::Min));
+    let displacement = [0.0; 40];
+    for (ranges, cluster) in [(vec![[0, 2], [5, 2]], 1), (vec![[0, 2], [0, 2]], 1), (vec![[1, 3], [0, 2]], 0)] {
+        let [start, end] = ranges[cluster];
+        let error = check::term(&Claiming(ranges.clone(), 0), &displacement, 1.0).unwrap_err();
+        let expected = SolveError::Unknowns { term: 0, cluster, start, end };
+        assert!(matches!(&error, Error::Solve(found) if *found == expected), "{error}");
+        let mut problem = scene.discretize(&Scheme::default().particles([5, 4])).unwrap();
+        problem.add(Claiming(ranges, 0));
+        let expected = SolveError::Unknowns { term: 1, cluster, start, end };
+        assert_eq!(problem.model().at(&problem.at_rest()).err(), Some(expected.clone()));
+        let error = problem.run().unwrap_err();
+        assert!(matches!(&error, Error::Solve(found) if *found == expected), "{error}");
+        assert!(error.to_string().contains(&format!("Term::unknowns() returns {start}..{end}")), "{error}");
+    }
+    assert!(check::term(&Claiming(vec![[2, 4], [0, 2], [9, 9]], 0), &displacement, 1.0).is_ok());
+    // A coupling beyond the cluster is a finding, as it is an error of a run.
+    let report = check::term(&Claiming(vec![[0, 0]], 4), &displacement, 1.0).unwrap();
+    assert!(report.violations().any(|finding| finding.at.contains("coupling names unknowns")), "{report}");
+}
+
+/// What boundaries and pictures are made of is looked at where cells hand it over; empty parts would leave conditions out in silence.
+#[test]
+fn scenes_over_cells_with_odd_boundaries() {
+    let over = Scheme::default();
+    let at = Scheme::default().constraint_kind(ConstraintKind::AtParticles);
+    for (odd, scheme, word) in [
+        (6, &over, "by Cells::drawn: 20"),
+        (7, &over, "by Cells::boundary_nodes: 99"),
+        (8, &over, "by Cells::boundary: 0"),
+        (9, &over, "BoundaryCells::traces: 0"),
+        (10, &over, "BoundaryCells::traces: 20"),
+        (11, &over, "return them from Cells::boundary"),
+        (12, &at, "Cells::boundary_nodes"),
+    ] {
+        let scene = Scene::new(Geometry::cells(Arc::new(Odd(lattice(), odd))), PlaneStrain, rubber()).hold(Side::Min);
+        let error = scene.discretize(scheme).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(word), "{odd}: {error}");
+        // Those of a problem made by hand are looked at where results ask for them.
+        if (8..=10).contains(&odd) {
+            let table = ShapeTable::new(&functions(), &lattice().gauss(2).unwrap(), &PlaneStrain).unwrap();
+            let body = Body::new(table, Arc::new(rubber()) as Arc<dyn Material>, PressureField::Constant);
+            let problem = Problem::compose(Odd(lattice(), odd), functions(), body).unwrap();
+            let grid = problem.vtk_grid(&problem.at_rest());
+            assert!(grid.is_err_and(|error| error.to_string().contains(word)), "{odd}");
+        }
+    }
+}
+
+/// Kernel functions that are spoilt after a table was made of sound ones.
+struct Spoilt(ApproximationChoice, fn(&mut ShapeFunctions<2>));
+
+impl Approximation<2> for Spoilt {
+    fn nodes(&self) -> &[Point<2>] {
+        self.0.nodes()
+    }
+    fn evaluate(
+        &self,
+        at: &Point<2>,
+        scratch: &mut Scratch,
+        out: &mut ShapeFunctions<2>,
+    ) -> Result<(), ApproximationError> {
+        self.0.evaluate(at, scratch, out)?;
+        (self.1)(out);
+        Ok(())
+    }
+}
+
+/// Queries evaluate functions that no table has seen: spoilt ones gave NaN, other values or a panic.
+#[test]
+fn problems_asked_with_functions_that_are_spoilt() {
+    type Spoil = fn(&mut ShapeFunctions<2>);
+    for (spoil, word) in [
+        ((|_| {}) as Spoil, ""),
+        (|psi| psi.values[0] = f64::NAN, "the value of a shape function is NaN"),
+        (|psi| psi.gradients[0][0] = f64::NAN, "the gradient of a shape function is NaN"),
+        (|psi| psi.values.truncate(1), "values at a point: 1 entries"),
+        (|psi| psi.gradients.clear(), "gradients at a point: 0 entries"),
+        (|psi| *psi.nodes.last_mut().unwrap() = 20, "do not exist"),
+        (|psi| *psi = ShapeFunctions::default(), "the number of nodes that an approximation lists is 0"),
+    ] {
+        let table = ShapeTable::new(&functions(), &lattice().gauss(2).unwrap(), &PlaneStrain).unwrap();
+        let body = Body::new(table, Arc::new(rubber()) as Arc<dyn Material>, PressureField::Constant);
+        let problem = Problem::compose(lattice(), Spoilt(functions(), spoil), body).unwrap();
+        match problem.displacement(&problem.at_rest(), &[0.9, 0.6].into()) {
+            Ok(u) => assert!(word.is_empty() && u.norm() == 0.0),
+            Err(error) => assert!(!word.is_empty() && error.to_string().contains(word), "{word}: {error}"),
+        }
+        assert_eq!(
+            problem.particle_displacements(&problem.at_rest()).is_ok(),
+            word.is_empty() || word.contains("gradient")
+        );
+    }
+}
+
+/// A ceiling without a gap above a height.
+struct Ceiling(f64);
+
+impl Surface<2> for Ceiling {
+    fn nearest(&self, x: &Point<2>) -> Nearest<2> {
+        Nearest::flat(if x[1] > self.0 { f64::NAN } else { 1.3 - x[1] }, [0.0, -1.0].into())
+    }
+}
+
+/// A gap that is NaN was taken for an open one.
+#[test]
+fn surfaces_without_a_gap() {
+    let scene = |height: f64| {
+        Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+            .hold((1, Side::Min))
+            .prescribe((1, Side::Max), 1, 0.2)
+            .contact((1, Side::Max), RigidSurface::new(Ceiling(height)).named("ceiling"))
+    };
+    let problem = |height| scene(height).discretize(&Scheme::default().particles([5, 4]));
+    assert!(problem(2.0).unwrap().run().unwrap().completed().is_ok());
+    let error = problem(0.5).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("ceiling: gap or normal by Surface::nearest at x = "), "{error}");
+    let error =
+        problem(1.05).unwrap().run().and_then(|path| Ok(path.completed()?)).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("ceiling: gap or normal by Surface::nearest at x = "), "{error}");
+}
+
+/// A term that remembers how far node 19 has moved.
+struct Remembering;
+
+impl Term for Remembering {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn nodes(&self, _: usize) -> &[u32] {
+        &[19]
+    }
+    fn layout(&self) -> rkpm::term::Layout {
+        rkpm::term::Layout { history: 1, ..Default::default() }
+    }
+    fn linearize(&self, _: usize, _: View<'_>, _: &mut Element) {}
+    fn update(&self, view: View<'_>, next: &mut [f64]) {
+        next[0] = view.displacement[38];
+    }
+}
+
+/// Terms of one's own began at rest in a transfer, also between models that are the same.
+#[test]
+fn memories_of_terms_are_transferred() {
+    let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((0, Side::Min)).prescribe(
+        (0, Side::Max),
+        0,
+        0.2,
+    );
+    let problem = || {
+        let mut problem = scene.discretize(&Scheme::default().particles([5, 4])).unwrap();
+        problem.add(Remembering);
+        problem
+    };
+    let path = problem().run().unwrap().completed().unwrap();
+    let moved = problem().transfer(&problem(), path.last()).unwrap();
+    assert!(moved.condensed[1][0] > 0.1 && moved.condensed[1] == path.last().condensed[1]);
+}
+
+/// A rubber whose component 33 alone is NaN, and whose distortional energy depends on the volume once it remembers.
+struct Late(Rubber, bool);
+
+impl Material for Late {
+    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+        self.0.energy_from(f, past) + past.memory.first().map_or(0.0, |late| late * f.determinant())
+    }
+    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+        self.0.response_from(f, past)
+    }
+    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        let whole = self.response_from(f, past);
+        for (i, &a) in of.iter().enumerate() {
+            stress[i] = whole.stress[(a / 3, a % 3)];
+            if !tangent.is_empty() {
+                of.iter().enumerate().for_each(|(j, &b)| tangent[i * of.len() + j] = whole.tangent[(a, b)]);
+            }
+        }
+        if self.1 && of == [8] {
+            stress[0] = f64::NAN;
+        }
+    }
+    fn memory(&self) -> usize {
+        usize::from(!self.1)
+    }
+    fn remember(&self, _: &Matrix3<f64>, _: Past<'_>, next: &mut [f64]) {
+        next.fill(1.0);
+    }
+    fn volumetric(&self) -> Option<&dyn VolumetricEnergy> {
+        self.0.volumetric()
+    }
+}
+
+/// What sheets ask for alone, and what a law does once it remembers.
+#[test]
+fn laws_that_break_late() {
+    let report = check::material(&Late(rubber(), true));
+    assert!(report.violations().any(|f| f.law == "respond gives the components of response_from"), "{report}");
+    let report = check::material(&Late(rubber(), false));
+    let volume = report.finding("the distortional energy does not depend on the volume").unwrap();
+    assert!(!volume.holds() && volume.at.contains("after a first step"), "{report}");
+    let prony = || Prony::of_instantaneous([(0.3, 0.5), (0.2, 4.0)]).unwrap();
+    assert!(check::material(&Viscoelastic::new(rubber(), prony())).holds());
+    let filled = Mullins::new(rubber(), 1.5, 0.2, 0.1).unwrap();
+    assert!(check::material(&Viscoelastic::new(filled, prony())).holds());
 }

@@ -9,6 +9,7 @@ use crate::error::{Error, GeometryError};
 
 use crate::scene::{ApproximationChoice, BodyCells, BodyOf, PressureScheme, Rule, Scene, Scheme, Source, counts};
 
+use super::checked::checked_cells;
 use super::{overlap, unused};
 
 impl<const D: usize> Scene<D> {
@@ -46,7 +47,7 @@ fn cells_of<const D: usize>(
             super::space::refuse(scene, &scheme, &**domain, &counts)?;
             Arc::new(Lattice::new(&**domain, counts, &layout(&scheme, counts))?)
         }
-        Source::Cells(cells) => cells.clone(),
+        Source::Cells(cells) => checked_cells(cells.clone())?,
         Source::Scattered(scatter) => scatter(&scheme)?,
         Source::Mesh(mesh) => {
             let rigid = scene.rigid_volumes(&body.name, mesh, None);

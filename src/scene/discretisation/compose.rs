@@ -11,6 +11,7 @@ use crate::shape::Approximation;
 use crate::solve::Analysis;
 use crate::term::Body;
 
+use super::checked::{CheckedFunctions, checked_cells};
 use super::conditions::Placed;
 use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
@@ -49,7 +50,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// Where nodes of the approximation, particles of the cells and nodes of the table are not as many, or particles and nodes of one
-    /// number lie apart.
+    /// number lie apart, and for cells with corners that do not exist.
     pub fn compose(
         cells: impl Cells<D> + 'static,
         approximation: impl Approximation<D> + 'static,
@@ -68,7 +69,7 @@ impl<const D: usize> Problem<D> {
                 "make both over the same particles in the same order: fields are drawn and averaged by their numbers";
             return Err(Invalid::new(what, apart(&node), needed).into());
         }
-        let body = Arc::new(body);
+        let (cells, body) = (checked_cells(Arc::new(cells))?, Arc::new(body));
         let mut model = Model::new(approximation.nodes());
         model.add_shared(body.clone());
         let each = if D == 1 { 1 } else { 2 };
@@ -78,8 +79,8 @@ impl<const D: usize> Problem<D> {
             name: FIRST.into(),
             nodes: 0..needed,
             body,
-            cells: Arc::new(cells),
-            approximation: Box::new(approximation),
+            cells,
+            approximation: Box::new(CheckedFunctions(approximation)),
             facets: Facets::OfCells(FacetRule { parts: each, gauss: each }),
             dilations: Vec::new(),
             raised: 0,

@@ -9,7 +9,7 @@ use crate::boundary::{
 };
 use crate::cells::{BoundaryCells, Cells, TraceChoice};
 use crate::each::Each;
-use crate::error::{BoundaryError, Error};
+use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Part, Point, Vec3, all_padded, padded};
 use crate::shape::Approximation;
 use crate::term::Amplitude;
@@ -215,8 +215,8 @@ impl<const D: usize> Conditioned<'_, D> {
         stays_off_axis(self.scene, &single, self.cells, &particles)?;
         let pieces = self.pieces(&single, part, facets, None)?;
         ensure!(
-            single.place.within.is_empty() || !pieces.iter().all(|piece| piece.traces.is_empty()),
-            empty(self.cells, part, &single.what.label)?
+            !pieces.iter().all(|piece| piece.traces.is_empty()),
+            empty(self.cells, (part, single.place), &single.what.label)?
         );
         let pieces = shared(pieces, last);
         let own = (&pieces[..], self.cells.rebuilds_traces());
@@ -297,8 +297,8 @@ impl<const D: usize> Conditioned<'_, D> {
         if !matches!(place.spot, Spot::Point(_)) {
             nodes.retain(|&node| place.holds(&cells.positions()[node]));
         }
-        if let (Spot::Part(part), true, false) = (&place.spot, nodes.is_empty(), place.within.is_empty()) {
-            return Err(empty(cells, part, &single.what.label)?.into());
+        if let (Spot::Part(part), true) = (&place.spot, nodes.is_empty()) {
+            return Err(empty(cells, (part, place), &single.what.label)?);
         }
         stays_off_axis(self.scene, single, cells, &nodes)?;
         if self.facets.is_some() {
@@ -360,10 +360,15 @@ fn shared(pieces: Vec<BoundaryCells<3>>, known: &[Arc<BoundaryCells<3>>]) -> Vec
     pieces.into_iter().enumerate().map(shared).collect()
 }
 
-/// The error of a part of a part that holds nothing.
-fn empty<const D: usize>(cells: &dyn Cells<D>, part: &Part, label: &str) -> Result<BoundaryError, Error> {
+/// The error of a part, or of a part of it, that holds nothing.
+fn empty<const D: usize>(cells: &dyn Cells<D>, (part, place): (&Part, &Place<D>), label: &str) -> Result<Error, Error> {
+    if place.within.is_empty() {
+        let remedy =
+            "return them from Cells::boundary and Cells::boundary_nodes, or an error where there is no such part";
+        return Ok(Incompatible::new(label.to_string(), "cells without facets or particles there", remedy).into());
+    }
     let nearest = cells.boundary_nodes(part)?.first().map(|&node| cells.positions()[node].as_slice().to_vec());
-    Ok(BoundaryError::Empty { what: label.to_string(), nearest: nearest.unwrap_or_default() })
+    Ok(BoundaryError::Empty { what: label.to_string(), nearest: nearest.unwrap_or_default() }.into())
 }
 
 /// The particle that lies at a point, to a thousandth of its spacing along each axis.

@@ -3,6 +3,7 @@
 pub(super) mod approximation;
 pub(super) mod body_cells;
 pub(super) mod bond;
+pub(super) mod checked;
 pub(super) mod compose;
 pub(super) mod conditions;
 pub(super) mod contact;
