@@ -31,6 +31,15 @@ impl Constraints {
         &self.equations
     }
 
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.equations.len()
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.equations.is_empty()
+    }
+
     /// The constraint equations, to change what they prescribe.
     pub(crate) fn equations_mut(&mut self) -> impl Iterator<Item = &mut ConstraintEquation> {
         self.equations.iter_mut()

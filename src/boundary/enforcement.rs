@@ -81,7 +81,7 @@ pub(crate) struct Unaugmented;
 
 impl Enforcement for LagrangeMultipliers {
     fn bind(&self, pattern: &Pattern, equations: &Constraints) -> Result<Enforced, BoundaryError> {
-        Ok(Enforced { penalty: vec![1.0; equations.equations().len()], ..Unaugmented.bind(pattern, equations)? })
+        Ok(Enforced { penalty: vec![1.0; equations.len()], ..Unaugmented.bind(pattern, equations)? })
     }
 }
 

@@ -36,7 +36,7 @@ struct Row {
 
 /// The constraint equations that no block eliminates.
 fn rows(enforced: &Enforced, unknowns: usize, equations: &Constraints) -> Result<Vec<Row>, BoundaryError> {
-    let (mut expressed, mut eliminated) = (vec![false; unknowns], vec![false; equations.equations().len()]);
+    let (mut expressed, mut eliminated) = (vec![false; unknowns], vec![false; equations.len()]);
     for block in &enforced.eliminated {
         block.unknowns.iter().for_each(|&unknown| expressed[unknown] = true);
         block.equations.iter().for_each(|&equation| eliminated[equation] = true);
@@ -85,7 +85,7 @@ impl Reduction {
         }
         let unknowns = pattern.size();
         check_unknowns(equations.equations(), unknowns)?;
-        enforced.check(unknowns, equations.equations().len())?;
+        enforced.check(unknowns, equations.len())?;
         let rows = rows(&enforced, unknowns, equations)?;
         enforced.satisfies(unknowns, equations)?;
         let Enforced { eliminated, multipliers, .. } = enforced;

@@ -935,7 +935,7 @@ impl Cells<3> for CutLattice {
     }
 
     fn contains(&self, at: &Vec3) -> bool {
-        self.holds(&self.frame.local(at), 0.2)
+        self.holds(&self.frame.local(at), SLACK)
     }
 
     fn encloses(&self, at: &Vec3) -> bool {
@@ -943,13 +943,16 @@ impl Cells<3> for CutLattice {
     }
 }
 
+/// How far from the surface a place counts as in the solid, in bricks: a tenth of a spacing.
+const SLACK: f64 = 0.2;
+
 impl CutLattice {
     fn add_point(&self, out: &mut Smoothing<3>, at: Vec3, area: Vec3) {
         out.facet_points.push(self.frame.place(&at));
         out.facet_areas.push(self.frame.turned(&area));
     }
 
-    /// Whether a place lies in the solid, or within a part of a brick, of which two are a spacing, of its surface.
+    /// Whether a place lies in the solid, or within a part of a brick of its surface.
     fn holds(&self, u: &Vec3, slack: f64) -> bool {
         let slack = slack * self.grid.scale(u);
         if !(0..3).all(|i| u[i] >= 0.0 && u[i] < self.grid.counts[i] as f64 - 1.0) {

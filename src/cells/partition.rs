@@ -248,8 +248,11 @@ pub trait Cells<const D: usize>: Send + Sync {
 pub(crate) const EDGE: f64 = 1e-9;
 
 /// The body that a point lies in, the first one on an interface; near its surface outside all of them, one that it is nearly in.
-pub(crate) fn member<const D: usize>(bodies: &[&dyn Cells<D>], at: &Point<D>) -> Option<usize> {
-    bodies.iter().position(|cells| cells.encloses(at)).or_else(|| bodies.iter().position(|cells| cells.contains(at)))
+pub(crate) fn member<'a, const D: usize>(
+    mut bodies: impl Iterator<Item = &'a dyn Cells<D>> + Clone,
+    at: &Point<D>,
+) -> Option<usize> {
+    bodies.clone().position(|cells| cells.encloses(at)).or_else(|| bodies.position(|cells| cells.contains(at)))
 }
 
 impl<const D: usize> Cells<D> for Lattice<D> {

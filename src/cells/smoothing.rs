@@ -284,8 +284,8 @@ impl<const D: usize> Lattice<D> {
         };
         // Exact to degree 2, and on curved cells, whose maps have a higher degree, to the hoops of linear fields. Products of coordinates have
         // a higher one on bricks whose faces are not parallel.
-        let slanting = || (0..self.cell_count()).any(|cell| !self.shape(cell).is_parallelepiped());
-        let inside = gauss_legendre(2 + usize::from(self.is_curved() || (D == 3 && parts == 1 && slanting())))?;
+        let distorted = || (0..self.cell_count()).any(|cell| !self.shape(cell).is_parallelepiped());
+        let inside = gauss_legendre(2 + usize::from(self.is_curved() || (D == 3 && parts == 1 && distorted())))?;
         let runs = map_ranges(zones.offsets.len() - 1, SERIAL_BELOW, |some| {
             self.zones_cut(&fine, (parts, &first_facet, &facet_counts), &inside, zones, some)
         });

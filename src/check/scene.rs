@@ -199,7 +199,7 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
     // A sheet takes its volume from its thickness, which is free.
     let bodies = problem.discrete_bodies().iter().filter(|_| !scene.kinematics.is_plane_stress());
     diagnosis.pressures = bodies.map(|member| pressures::<D>(member.body())).sum();
-    let equations = problem.equations().equations().len() - diagnosis.dependent.len();
+    let equations = problem.equations().len() - diagnosis.dependent.len();
     diagnosis.displacements = problem.model().unknowns().saturating_sub(equations);
     Ok(diagnosis)
 }

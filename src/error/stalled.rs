@@ -30,10 +30,10 @@ pub enum Cause {
     /// Newton's method did not converge within the allowed iterations.
     #[error("Newton's method did not converge within {0} iterations")]
     Iterations(usize),
-    /// The step limiter cut every step so that no material inverts, or a term of one's own did: the step is too large.
+    /// Every step was cut, so that no material inverts or by [`Term::advance`](crate::term::Term::advance): the step is too large.
     #[error(
-        "every iteration had to be shortened to keep J > 0, or by Term::advance of a term of one's own, which returns a factor \
-         between 0 and 1 (factor {factor:.3}): no equilibrium was found nearby"
+        "every iteration had to be shortened (factor {factor:.3}) to keep J > 0 and within what each term admits: no equilibrium was found \
+         nearby"
     )]
     StepLimited {
         /// The last step factor.

@@ -41,7 +41,7 @@ pub use definition::value::Value;
 pub(crate) use discretisation::approximation::kernel_functions;
 pub use discretisation::cover::Certificate;
 pub use discretisation::discrete_body::DiscreteBody;
-pub(crate) use discretisation::frame::TurnedBack;
+pub(crate) use discretisation::frame::RotationBack;
 pub use discretisation::ownership::{LocalOwnership, TermOwnership};
 pub use discretisation::problem::Problem;
 pub(crate) use discretisation::thin_walls::is_stiff;

@@ -293,7 +293,7 @@ impl<'a, 'o> Continuation<'a, 'o> {
         }
         match (loads[0] == 0.0, model.is_unilateral()) {
             (true, true) => Driven::ByContacts,
-            (true, false) if !self.equilibrium.equations.equations().is_empty() => Driven::ByDisplacements,
+            (true, false) if !self.equilibrium.equations.is_empty() => Driven::ByDisplacements,
             _ => Driven::ByLoads,
         }
     }

@@ -123,8 +123,8 @@ impl<'a> Equilibrium<'a> {
             product: Box::new(|zone, x, product| model.multiply_zone(zone, x, product)),
             system: System::default(),
             values: Vec::new(),
-            violation: vec![0.0; equations.equations().len()],
-            multipliers: vec![0.0; equations.equations().len()],
+            violation: vec![0.0; equations.len()],
+            multipliers: vec![0.0; equations.len()],
             load: 0.0,
             condensed: Vec::new(),
             extent: extent(model),
@@ -206,7 +206,7 @@ impl<'a> Equilibrium<'a> {
     pub fn apply(&mut self, step: &Increment, part: f64, state: &mut State) -> Result<Applied, Cause> {
         state.check_lengths(self.model, self.equations)?;
         self.check("displacement of a step", step.displacement.len(), self.model.unknowns())?;
-        self.check("multipliers of a step", step.multipliers.len(), self.equations.equations().len())?;
+        self.check("multipliers of a step", step.multipliers.len(), self.equations.len())?;
         if !step.kept.is_empty() {
             self.check("pressures of a step", step.kept.len(), self.system.zones.len())?;
         }
@@ -268,7 +268,7 @@ impl<'a> Equilibrium<'a> {
 
     /// Writes the multipliers of a converged state, for strategies whose multipliers are no unknowns.
     pub(super) fn react(&mut self, state: &mut State) {
-        if self.equations.equations().is_empty() {
+        if self.equations.is_empty() {
             return;
         }
         let residual = self.model.at_own(&*state).residual();

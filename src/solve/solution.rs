@@ -51,8 +51,8 @@ enum Kept {
     Gaps,
     /// None: loads move forces alone.
     Zeros,
-    /// None, and no iteration follows: the solution is needed in full.
-    Fully,
+    /// None, and nobody asks for their changes.
+    Unasked,
 }
 
 impl Equilibrium<'_> {
@@ -64,27 +64,28 @@ impl Equilibrium<'_> {
     /// [`Cause::Singular`] where the factors leave too much of the right-hand side, and [`Cause::Refused`] for lists of other lengths
     /// than this problem has.
     pub fn solve(&mut self, rhs: Rhs<'_>) -> Result<Increment, Cause> {
-        self.solve_as(rhs, if let Rhs::Residual = rhs { Kept::Gaps } else { Kept::Fully })
+        self.solve_to(rhs, !matches!(rhs, Rhs::Residual))
     }
 
     /// The answer to a unit of the load within an iteration, which corrects what it is off by.
     pub(super) fn load_response(&mut self) -> Result<Increment, Cause> {
-        self.solve_as(Rhs::Load, Kept::Zeros)
+        self.solve_to(Rhs::Load, false)
     }
 
-    fn solve_as(&mut self, rhs: Rhs<'_>, kept: Kept) -> Result<Increment, Cause> {
+    /// Solves in full, or as far as an iteration needs that corrects what is left.
+    fn solve_to(&mut self, rhs: Rhs<'_>, fully: bool) -> Result<Increment, Cause> {
         let negative = |all: &[f64]| all.mapped(|x| -x);
-        let (unknowns, equations) = (self.model.unknowns(), self.equations.equations().len());
-        let (force, jump) = match rhs {
-            Rhs::Residual => (negative(&self.system.residual), self.violation.clone()),
+        let (unknowns, equations) = (self.model.unknowns(), self.equations.len());
+        let (force, jump, kept) = match rhs {
+            Rhs::Residual => (negative(&self.system.residual), self.violation.clone(), Kept::Gaps),
             Rhs::Load => {
                 let mut slope = Vec::new();
                 self.equations.load_slope(self.load, &mut slope);
-                (negative(&self.system.load_slope), slope)
+                (negative(&self.system.load_slope), slope, Kept::Zeros)
             }
-            Rhs::Force(force) => (force.to_vec(), vec![0.0; equations]),
-            Rhs::Prescribed(jump) => (vec![0.0; unknowns], jump.to_vec()),
-            Rhs::Dual { force, prescribed } => (force.to_vec(), prescribed.to_vec()),
+            Rhs::Force(force) => (force.to_vec(), vec![0.0; equations], Kept::Unasked),
+            Rhs::Prescribed(jump) => (vec![0.0; unknowns], jump.to_vec(), Kept::Unasked),
+            Rhs::Dual { force, prescribed } => (force.to_vec(), prescribed.to_vec(), Kept::Unasked),
         };
         self.check("right-hand side, or what was linearised,", force.len(), unknowns)?;
         self.check("right-hand side of the constraint equations", jump.len(), equations)?;
@@ -92,7 +93,7 @@ impl Equilibrium<'_> {
         if transposed {
             transpose(&mut self.system);
         }
-        let solved = self.solve_for(&force, &jump, kept);
+        let solved = self.solve_for((&force, &jump), kept, fully);
         if transposed {
             transpose(&mut self.system);
         }
@@ -107,7 +108,12 @@ impl Equilibrium<'_> {
     }
 
     /// The increment for a force, and changes of the values of the constraint equations.
-    fn solve_for(&mut self, force: &[f64], jump: &[f64], kept: Kept) -> Result<Increment, LinearError> {
+    fn solve_for(
+        &mut self,
+        (force, jump): (&[f64], &[f64]),
+        kept: Kept,
+        fully: bool,
+    ) -> Result<Increment, LinearError> {
         let mut rhs = Vec::new();
         self.reduction.restrict(force, jump, &self.system, &mut rhs);
         let gap = |zone: &Zone| if kept == Kept::Gaps { zone.gap() } else { [0.0; 4] };
@@ -117,8 +123,8 @@ impl Equilibrium<'_> {
             kept: self.system.zones.mapped(gap),
             ..Increment::default()
         };
-        let pressures = (kept != Kept::Fully).then_some(&mut step.kept[..]);
-        let (solution, left) = self.solve_reduced(&rhs, pressures, kept == Kept::Fully)?;
+        let pressures = (kept != Kept::Unasked).then_some(&mut step.kept[..]);
+        let (solution, left) = self.solve_reduced(&rhs, pressures, fully)?;
         step.left = left;
         self.reduction.recover(&solution, jump, &mut step.displacement, &mut step.multipliers);
         let mut residual: Vec<f64> = force.mapped(|force| -force);
@@ -214,7 +220,7 @@ impl Equilibrium<'_> {
     /// Writes the product of the skew part with a reduced vector.
     fn skew_product(&self, x: &[f64], product: &mut Vec<f64>) {
         let (mut full, mut moved) = (vec![0.0; self.model.unknowns()], vec![0.0; self.model.unknowns()]);
-        let zeros = vec![0.0; self.equations.equations().len()];
+        let zeros = vec![0.0; self.equations.len()];
         self.reduction.recover(x, &zeros, &mut full, &mut zeros.clone());
         self.system.skew_multiply_add(&full, &mut moved);
         self.reduction.project(&moved, product);
@@ -229,7 +235,7 @@ impl Equilibrium<'_> {
         // From anything that has a part of all modes.
         let unknowns = self.model.unknowns();
         let mut mode: Vec<f64> = list_of(unknowns, |k| ((k + 1) as f64 * GOLDEN).fract() - 0.5);
-        let (mut reduced_mode, zeros) = (Vec::new(), vec![0.0; self.equations.equations().len()]);
+        let (mut reduced_mode, zeros) = (Vec::new(), vec![0.0; self.equations.len()]);
         let mut unused = zeros.clone();
         for _ in 0..INVERSE_ITERATIONS {
             self.reduction.project(&mode, &mut reduced_mode);

@@ -35,7 +35,7 @@ impl State {
         State {
             displacement: vec![0.0; model.unknowns()],
             condensed: model.start(),
-            multipliers: vec![0.0; equations.equations().len()],
+            multipliers: vec![0.0; equations.len()],
             load: 0.0,
             origin: model.origin(),
         }
@@ -52,7 +52,7 @@ impl State {
     /// [`SolveError::OtherModel`] with the vector.
     pub(crate) fn check_lengths(&self, model: &Model, equations: &Constraints) -> Result<(), SolveError> {
         model.at(self)?;
-        let (given, needed) = (self.multipliers.len(), equations.equations().len());
+        let (given, needed) = (self.multipliers.len(), equations.len());
         if given == needed { Ok(()) } else { Err(SolveError::OtherModel { what: "multipliers", given, needed }) }
     }
 }

@@ -200,7 +200,7 @@ impl<const D: usize> Quantity<D> {
     /// virtual work moves along them.
     pub(super) fn dual_problem(&self, problem: &Problem<D>, state: &State) -> Result<Option<Dual>, Error> {
         let mut force = vec![0.0; problem.model.unknowns()];
-        let mut gap = vec![0.0; problem.equations.equations().len()];
+        let mut gap = vec![0.0; problem.equations.len()];
         match &self.kind {
             Kind::Other => return Ok(None),
             // Refused by `evaluate`.

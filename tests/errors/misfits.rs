@@ -297,30 +297,15 @@ fn scenes_over_cells_that_name_what_is_not_there() {
     }
 }
 
-/// Kernel functions that name a node too many.
-struct Beyond(ApproximationChoice);
-
-impl Approximation<2> for Beyond {
-    fn nodes(&self) -> &[Point<2>] {
-        self.0.nodes()
-    }
-    fn evaluate(
-        &self,
-        at: &Point<2>,
-        scratch: &mut Scratch,
-        out: &mut ShapeFunctions<2>,
-    ) -> Result<(), ApproximationError> {
-        self.0.evaluate(at, scratch, out)?;
-        out.nodes.push(20);
-        out.values.push(0.0);
-        Ok(())
-    }
-}
-
 #[test]
 fn nodes_that_are_not_there() {
     let mut equations = Constraints::default();
-    let error = equations.at_particles(&Beyond(functions()), &[0], 0, &|_| 0.0, &Amplitude::Ramp, "u").unwrap_err();
+    // A node too many.
+    let beyond = Spoilt(functions(), |psi| {
+        psi.nodes.push(20);
+        psi.values.push(0.0);
+    });
+    let error = equations.at_particles(&beyond, &[0], 0, &|_| 0.0, &Amplitude::Ramp, "u").unwrap_err();
     assert!(error.to_string().contains("20") && equations.equations().is_empty(), "{error}");
 }
 

@@ -200,3 +200,34 @@ fn upward_imports_are_found_wherever_they_hide() {
         assert_eq!(violations("shape", source), Vec::<String>::new(), "{source}");
     }
 }
+
+/// The names of the functions in the block of a source that begins with a text, as the formatter leaves blocks.
+fn functions(source: &str, begins: &str) -> Vec<String> {
+    let block = source.split(begins).nth(1).unwrap().split("\n}").next().unwrap();
+    let name = |line: &str| Some(line.strip_prefix("    fn ")?.split(['(', '<']).next()?.to_string());
+    block.lines().filter_map(name).collect()
+}
+
+/// What wraps a user's cells or functions hands on all they can be asked, those with a default too: a method that is added to a trait and
+/// not to its wrapper would answer with the default.
+#[test]
+fn wrappers_hand_on_every_method() {
+    let read =
+        |file: &str| bare(&fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(file)).unwrap());
+    let wrapped = read("scene/discretisation/checked.rs");
+    for (file, begins, wrapper, built_on_others) in [
+        ("cells/partition.rs", "pub trait Cells<", "Cells<D> for CheckedCells<D>", &[][..]),
+        (
+            "shape/mod.rs",
+            "pub trait Approximation<",
+            "Approximation<D> for CheckedFunctions<A>",
+            &["shape_functions"][..],
+        ),
+    ] {
+        let (asked, handed_on) = (functions(&read(file), begins), functions(&wrapped, wrapper));
+        assert!(asked.len() > 5);
+        for name in asked.iter().filter(|name| !built_on_others.contains(&name.as_str())) {
+            assert!(handed_on.contains(name), "{name}");
+        }
+    }
+}

@@ -1,5 +1,7 @@
 //! Several bodies: bonded where they share faces, each with its own particles, material and approximation.
 
+use std::sync::Arc;
+
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use nalgebra::SMatrix;
 use rkpm::prelude::*;
@@ -430,26 +432,37 @@ fn reactions_of_one_body_by_conditions_on_all() {
     assert!(problem.reaction(&state, Place::from("low").of("three")).is_err());
 }
 
-/// A point belongs to the body that it lies in, not to a coarser one whose margin reaches there: a thin layer slides on a block.
+/// A point belongs to the body that it lies in, not to a coarser one whose margin reaches there: a thin layer slides on a block, both of
+/// which are drawn, or are given as cells.
 #[test]
 fn points_near_an_interface_belong_to_the_body_that_they_lie_in() {
-    let scene = Scene::assembly(PlaneStrain)
-        .body("block", Block::new([0.0, 0.0], [20.0, 20.0]), soft())
-        .body("layer", Block::new([0.0, 20.0], [20.0, 21.0]), soft())
+    let (block, layer) = (Block::new([0.0, 0.0], [20.0, 20.0]), Block::new([0.0, 20.0], [20.0, 21.0]));
+    let cells = |block: &Block<2>, counts: [usize; 2]| Geometry::cells(Arc::new(block.lattice(counts).unwrap()));
+    let drawn = Scene::assembly(PlaneStrain).body("block", block, soft()).body("layer", layer, soft());
+    let drawn = drawn
         .scheme_of("block", |scheme| scheme.particles([5, 5]))
-        .scheme_of("layer", |scheme| scheme.particles([21, 5]))
-        .unbonded("block", "layer")
-        .hold(Place::from((1, Side::Min)).of("block"))
-        .with(Condition::on(Place::from((1, Side::Max)).of("layer")).displacement([1.0, 0.0]))
-        .with(Condition::on(Place::from((1, Side::Min)).of("layer")).displacement([1.0, 0.0]));
-    let problem = scene.discretize(&Scheme::default()).unwrap();
-    let path = problem.run().unwrap().completed().unwrap();
-    for y in [20.1, 20.3, 20.49] {
-        let found = problem.displacement(path.last(), &[10.0, y].into()).unwrap();
-        assert_abs_diff_eq!(found[0], 1.0, epsilon = 1e-9);
-        assert_abs_diff_eq!(problem.stress(path.last(), &[10.0, y].into()).unwrap().norm(), 0.0, epsilon = 1e-9);
+        .scheme_of("layer", |scheme| scheme.particles([21, 5]));
+    let given = Scene::assembly(PlaneStrain).body("block", cells(&block, [5, 5]), soft()).body(
+        "layer",
+        cells(&layer, [21, 5]),
+        soft(),
+    );
+    for scene in [drawn, given] {
+        let moved = |side| Condition::on(Place::from((1, side)).of("layer")).displacement([1.0, 0.0]);
+        let scene = scene
+            .unbonded("block", "layer")
+            .hold(Place::from((1, Side::Min)).of("block"))
+            .with(moved(Side::Max))
+            .with(moved(Side::Min));
+        let problem = scene.discretize(&Scheme::default()).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        for y in [20.1, 20.3, 20.49] {
+            let found = problem.displacement(path.last(), &[10.0, y].into()).unwrap();
+            assert_abs_diff_eq!(found[0], 1.0, epsilon = 1e-9);
+            assert_abs_diff_eq!(problem.stress(path.last(), &[10.0, y].into()).unwrap().norm(), 0.0, epsilon = 1e-9);
+        }
+        assert_abs_diff_eq!(problem.displacement(path.last(), &[10.0, 19.9].into()).unwrap()[0], 0.0, epsilon = 1e-9);
     }
-    assert_abs_diff_eq!(problem.displacement(path.last(), &[10.0, 19.9].into()).unwrap()[0], 0.0, epsilon = 1e-9);
 }
 
 /// Bodies that touch along inclined or curved faces do not overlap, however much finer one of them is.

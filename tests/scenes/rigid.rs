@@ -261,3 +261,13 @@ fn the_reaction_of_a_condition_on_the_body_is_its_own() {
         assert_abs_diff_eq!(held.xy(), Vector3::new(-0.05, -0.02, 0.0).xy(), epsilon = 1e-8);
     }
 }
+
+/// A part of a part that no facet sees is no face of a rigid body.
+#[test]
+fn a_rigid_body_over_nothing_is_refused() {
+    let nowhere = Place::on((1, Side::Max)).within(|x| (x[0] - 1.0).abs() < 1e-6);
+    let scene = block().rigid("plate", nowhere).with(Load::force("plate", [0.0, -0.1]));
+    for scheme in schemes() {
+        assert!(scene.discretize(&scheme).is_err());
+    }
+}

@@ -251,7 +251,7 @@ fn scattered_particles_gain_as_much() {
 
 /// Linear fields on bricks whose faces are not parallel: products of coordinates have a higher degree there.
 #[test]
-fn quadratic_bases_pass_the_patch_test_on_slanting_bricks() {
+fn quadratic_bases_pass_the_patch_test_on_distorted_bricks() {
     let h = rkpm::nalgebra::Matrix3::new(0.1, 0.05, 0.0, 0.02, -0.08, 0.1, 0.0, 0.05, 0.06);
     let rubber = || Rubber::neo_hookean(0.5, 5.0 / 3.0).unwrap();
     let taper = Mapped(|u: &Point<3>| Point::<3>::new(u[0] * (1.0 - 0.4 * u[2]), u[1] * (1.0 - 0.4 * u[2]), u[2]));

@@ -143,13 +143,13 @@ pub(crate) fn bond_all<const D: usize>(
             if scene.unbonded.iter().any(kept) {
                 continue;
             }
-            let before = equations.equations().len();
+            let before = equations.len();
             let boundaries = bondable(scene, all, discrete_bodies, rules, [first, second])?;
             bonded |= bond(equations, &mut ties, [earlier, later], boundaries, &*scene.kinematics)?;
             // The force of the bond is that on the earlier body.
             let (name, nodes) = (Some(format!("bond of {} and {}", names[0], names[1])), earlier.nodes.clone());
-            if equations.equations().len() > before {
-                placed.push(Placed { name, place: None, equations: before..equations.equations().len(), nodes });
+            if equations.len() > before {
+                placed.push(Placed { name, place: None, equations: before..equations.len(), nodes });
             }
         }
     }

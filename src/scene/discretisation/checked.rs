@@ -186,6 +186,10 @@ impl<const D: usize> Cells<D> for CheckedCells<D> {
         self.0.contains(at)
     }
 
+    fn encloses(&self, at: &Point<D>) -> bool {
+        self.0.encloses(at)
+    }
+
     fn lattice(&self) -> Option<&Lattice<D>> {
         self.0.lattice()
     }

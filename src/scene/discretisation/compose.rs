@@ -109,7 +109,7 @@ impl<const D: usize> Problem<D> {
         name: impl Into<String>,
         add: impl FnOnce(&mut Constraints) -> Result<(), Error>,
     ) -> Result<&mut Self, Error> {
-        let (first, mark, name) = (self.equations.equations().len(), self.equations.mark(), name.into());
+        let (first, mark, name) = (self.equations.len(), self.equations.mark(), name.into());
         let place = Place::on(Part::Named(name.clone()));
         // Results are asked for by either.
         if self.placed_at(&place).iter().any(|placed| placed.name.as_ref() != Some(&name)) {
@@ -119,7 +119,7 @@ impl<const D: usize> Problem<D> {
             self.equations.take_back(mark);
             return Err(error);
         }
-        let (equations, nodes) = (first..self.equations.equations().len(), 0..self.model.node_count());
+        let (equations, nodes) = (first..self.equations.len(), 0..self.model.node_count());
         self.placed.push(Placed { name: Some(name), place: None, equations, nodes });
         Ok(self)
     }

@@ -124,7 +124,7 @@ pub(crate) fn equations<const D: usize>(
     equations.overrule(owners.overruled);
     let (mut placed, mut ties, mut last) = (Vec::with_capacity(mine.len()), Vec::with_capacity(tied.len()), Vec::new());
     for (number, ((condition, place), own)) in all.iter().zip(&requests).enumerate() {
-        let first = equations.equations().len();
+        let first = equations.len();
         for request in own {
             let before = equations.mark();
             if let Err(error) = of.add(&mut equations, mine, request, &nodes, &owners.yielded, &mut last) {
@@ -133,7 +133,7 @@ pub(crate) fn equations<const D: usize>(
                 equations.take_back(before);
             }
         }
-        let own = first..equations.equations().len();
+        let own = first..equations.len();
         if number < mine.len() {
             let (name, nodes) = (condition.name.clone(), 0..of.cells.positions().len());
             placed.push(Placed { name, place: Some((*place).clone()), equations: own, nodes });
@@ -214,10 +214,7 @@ impl<const D: usize> Conditioned<'_, D> {
         particles.retain(|&particle| single.place.holds(&self.cells.positions()[particle]));
         stays_off_axis(self.scene, &single, self.cells, &particles)?;
         let pieces = self.pieces(&single, part, facets, None)?;
-        ensure!(
-            !pieces.iter().all(|piece| piece.traces.is_empty()),
-            empty(self.cells, (part, single.place), &single.what.label)?
-        );
+        ensure!(!pieces.iter().all(|piece| piece.traces.is_empty()), empty(self.cells, part, &single)?);
         let pieces = shared(pieces, last);
         let own = (&pieces[..], self.cells.rebuilds_traces());
         let numbers = claims.add((D, nodes), own, &single.what)?;
@@ -298,7 +295,7 @@ impl<const D: usize> Conditioned<'_, D> {
             nodes.retain(|&node| place.holds(&cells.positions()[node]));
         }
         if let (Spot::Part(part), true) = (&place.spot, nodes.is_empty()) {
-            return Err(empty(cells, (part, place), &single.what.label)?);
+            return Err(empty(cells, part, single)?);
         }
         stays_off_axis(self.scene, single, cells, &nodes)?;
         if self.facets.is_some() {
@@ -361,8 +358,9 @@ fn shared(pieces: Vec<BoundaryCells<3>>, known: &[Arc<BoundaryCells<3>>]) -> Vec
 }
 
 /// The error of a part, or of a part of it, that holds nothing.
-fn empty<const D: usize>(cells: &dyn Cells<D>, (part, place): (&Part, &Place<D>), label: &str) -> Result<Error, Error> {
-    if place.within.is_empty() {
+fn empty<const D: usize>(cells: &dyn Cells<D>, part: &Part, single: &Single<'_, D>) -> Result<Error, Error> {
+    let label = &single.what.label;
+    if single.place.within.is_empty() {
         let remedy =
             "return them from Cells::boundary and Cells::boundary_nodes, or an error where there is no such part";
         return Ok(Incompatible::new(label.to_string(), "cells without facets or particles there", remedy).into());

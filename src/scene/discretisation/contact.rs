@@ -82,13 +82,16 @@ pub(crate) fn contact_definition<const D: usize>(
         let contact_surface = bodies.surface(&contact.place, &|| contact.label(), rigid_dof)?;
         let stiffness = Stiffness::of(shear, bulk);
         let law = RigidContact::new(contact_surface, contact.surface.clone(), moved, rigid_dof, stiffness, fixes);
-        is_defined(&law, moved, model.unknowns())?;
+        let begun = started(moved, model.unknowns());
+        if let Some(undefined) = law.undefined(&View { displacement: &begun, condensed: &[], load: 0.0 }) {
+            return Err(undefined.into());
+        }
         let fit = law.law.interference.filter(|fit| !fit.resolved);
         if scene.started.is_none() && fit.is_none() {
             looks_at(&law, model.unknowns(), || contact.label())?;
         }
         if scene.started.is_none() || fit.is_some() {
-            let deepest = deepest(&law, moved, model.unknowns(), 0.0);
+            let deepest = deepest(&law, &begun, 0.0);
             starts_right(deepest, &law.contact_surface, fit.is_some(), || contact.label())?;
         }
         let (lever, law, term) = (law.lever, Arc::new(law), model.terms().len());
@@ -244,15 +247,6 @@ fn carries(face: &ContactSurface, other: &ContactSurface) -> bool {
 /// way: the part would have to turn by more than 60° before they could touch.
 const SAME_WAY: f64 = 0.5;
 
-/// Refuses a surface that has no gap or no normal beside the body where it begins.
-fn is_defined(law: &RigidContact, moved: &[f64], unknowns: usize) -> Result<(), Error> {
-    let displacement = started(moved, unknowns);
-    match law.undefined(&View { displacement: &displacement, condensed: &[], load: 0.0 }) {
-        Some(undefined) => Err(undefined.into()),
-        None => Ok(()),
-    }
-}
-
 /// Refuses a surface that no facet of the part looks at: it would be met from behind, through the body.
 fn looks_at(law: &RigidContact, unknowns: usize, label: impl Fn() -> String) -> Result<(), Error> {
     let placed = law.placed(&vec![0.0; unknowns], 0.0);
@@ -288,10 +282,10 @@ fn starts_right(
 }
 
 /// How deep the body is in a rigid surface at a load factor where it begins, and where.
-fn deepest(law: &RigidContact, moved: &[f64], unknowns: usize, load: f64) -> Option<(f64, Point<3>)> {
-    let (placed, moved) = (law.placed(&vec![0.0; unknowns], load), started(moved, unknowns));
+fn deepest(law: &RigidContact, displacement: &[f64], load: f64) -> Option<(f64, Point<3>)> {
+    let placed = law.placed(displacement, load);
     let table = &law.contact_surface.table;
-    let place = |point: usize| law.contact_surface.place(point as u32, &moved);
+    let place = |point: usize| law.contact_surface.place(point as u32, displacement);
     let depth = |point: usize| (-placed.nearest(&*law.surface.shape, &place(point)).gap, table.positions[point]);
     (0..table.len()).map(depth).max_by(|a, b| a.0.total_cmp(&b.0))
 }
@@ -306,8 +300,8 @@ impl<const D: usize> Problem<D> {
             if law.surface.is_free() {
                 return None;
             }
-            let unknowns = self.model.unknowns();
-            let nearest = (0..=16).filter_map(|k| deepest(law, &[], unknowns, f64::from(k) / 16.0));
+            let rest = vec![0.0; self.model.unknowns()];
+            let nearest = (0..=16).filter_map(|k| deepest(law, &rest, f64::from(k) / 16.0));
             let (depth, at) = nearest.max_by(|a, b| a.0.total_cmp(&b.0))?;
             (-depth - moved > extent).then(|| {
                 format!(

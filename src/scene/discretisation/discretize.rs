@@ -83,7 +83,7 @@ pub(crate) fn discretize<const D: usize>(
         distribute(scene, &all, (number, &condition.place), &what, &has, &mut conditions)?;
     }
     for (number, load) in scene.loads.iter().enumerate() {
-        let has = |body: usize, at: &Point<D>| member(&all.mapped(|(_, cells)| &**cells), at) == Some(body);
+        let has = |body: usize, at: &Point<D>| member(all.iter().map(|(_, cells)| &**cells), at) == Some(body);
         distribute(scene, &all, (number, &load.place), &|| load.label(), &has, &mut loads)?;
     }
     for (name, place) in &scene.rigids {
@@ -203,7 +203,7 @@ fn finish<const D: usize>(
     for BuiltBody { discrete_body, facets, equations: own, placed: mine, loads, ties: tied, krylov: own_krylov } in
         built
     {
-        let (equation, node) = (equations.equations().len(), discrete_body.nodes.start);
+        let (equation, node) = (equations.len(), discrete_body.nodes.start);
         krylov = own_krylov;
         let shifted = |range: Range<usize>, by: usize| range.start + by..range.end + by;
         if discrete_bodies.is_empty() {
@@ -255,7 +255,7 @@ fn finish<const D: usize>(
     }
     let rolling = hold_rolling(scene, &discrete_bodies, sharing, &equations, &contacts, &mut model);
     let elements = discrete_bodies.len() == 1 && scheme.approximation == ApproximationChoice::Elements;
-    let few = equations.equations().len() <= TRANSFORMATION_ROWS || elements;
+    let few = equations.len() <= TRANSFORMATION_ROWS || elements;
     let analysis = analysis_of(scheme, !bonded && frames.is_empty() && few, krylov)?;
     Ok(Problem {
         model,

@@ -38,16 +38,16 @@ pub(crate) struct RigidShape {
     pub cells: Vec<Vec<usize>>,
 }
 
-/// The way of the nodes of a frame that turns back evenly while the load factor goes from 0 to 1.
+/// The rotation of a frame back to where it was not turned, at an even rate while the load factor goes from 0 to 1.
 #[derive(Clone)]
-pub(crate) struct TurnedBack {
+pub(crate) struct RotationBack {
     unknowns: Range<usize>,
     dim: usize,
     turn: Vec3,
     arms: Vec<Vec3>,
 }
 
-impl TurnedBack {
+impl RotationBack {
     /// Whether a row prescribes a node of the frame: all of them are where the body is led as a whole.
     pub(crate) fn is_of(&self, entries: &[(usize, f64)]) -> bool {
         let node = |entry: &(usize, f64)| (entry.0 - self.unknowns.start) / self.dim;
@@ -55,8 +55,8 @@ impl TurnedBack {
             && entries.windows(2).all(|pair| node(&pair[0]) == node(&pair[1]))
     }
 
-    /// By how much the arc of a node leads beside the straight line from its beginning to its end.
-    pub(crate) fn beside_a_line(&self, entries: &[(usize, f64)], load: f64) -> f64 {
+    /// The deviation of what a row prescribes from the straight line between its values at load factors 0 and 1: nodes move on arcs.
+    pub(crate) fn deviation(&self, entries: &[(usize, f64)], load: f64) -> f64 {
         let left = 1.0 - load;
         let turned = |part: f64, arm: &Vec3| Rotation3::new(self.turn * part) * arm - arm;
         entries.summed(|&(k, c)| {
@@ -175,12 +175,12 @@ impl RigidFrame {
         (self.displacement(&self.centre, displacement), Mat3::identity() + self.gradient(displacement))
     }
 
-    /// How it turns back from where a displacement has turned it to, as a rigid body does; none where it has not turned.
-    pub(crate) fn turned_back(&self, displacement: &[f64]) -> Option<TurnedBack> {
+    /// The rotation back from where a displacement has turned it to; none where it has not turned.
+    pub(crate) fn rotation_back(&self, displacement: &[f64]) -> Option<RotationBack> {
         let turn = Rotation3::from_matrix_unchecked(self.motion(displacement).1).scaled_axis();
         let arms = self.positions().map(|x| x - self.centre).collect();
         self.rigidity.filter(|_| turn != Vec3::zeros())?;
-        Some(TurnedBack { unknowns: self.unknowns(), dim: self.dim, turn, arms })
+        Some(RotationBack { unknowns: self.unknowns(), dim: self.dim, turn, arms })
     }
 
     /// Adds the rows that leave a rigid body of revolution its motion along the axis alone.

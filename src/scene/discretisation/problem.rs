@@ -115,7 +115,7 @@ impl<const D: usize> Problem<D> {
 
     /// The body that a point lies in, the first one on an interface.
     pub(crate) fn member_at(&self, at: &Point<D>) -> Result<&DiscreteBody<D>, ApproximationError> {
-        let found = member(&self.discrete_bodies.mapped(|body| &*body.cells), at);
+        let found = member(self.discrete_bodies.iter().map(|body| &*body.cells), at);
         found
             .map(|body| &self.discrete_bodies[body])
             .ok_or_else(|| ApproximationError::Outside { at: at.as_slice().to_vec() })

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use crate::boundary::{ConstraintEquation, Constraints};
 use crate::error::{BoundaryError, Error, Incompatible};
-use crate::geometry::{Part, Point, all_padded, padded};
+use crate::geometry::{Bounds, Part, Point, all_padded, padded};
 use crate::mesh::Mesh;
+use crate::quadrature::Points;
 
 use super::conditions::Placed;
 use super::frame::{RigidFrame, RigidShape};
@@ -43,20 +44,28 @@ impl<const D: usize> Scene<D> {
 
     /// The centroid of the parts that are tied to a rigid body, by their areas, whatever ties them.
     fn centre_of(&self, name: &str, all: &BodyCells<D>) -> Result<Point<3>, Error> {
-        let (mut area, mut moment) = (0.0, Point::zeros());
+        let what = || format!("rigid body {name}");
+        let (mut area, mut moment, mut bounds) = (0.0, Point::zeros(), Bounds::none());
         for (_, place) in self.rigids.iter().filter(|rigid| rigid.0 == name) {
             let place = self.resolve(place);
-            let Spot::Part(part) = &place.spot else { continue };
-            for body in self.bodies_at(&place, &|| format!("rigid body {name}"), all, &|_| true)? {
-                let parts = if place.within.is_empty() { 1 } else { FINER };
-                let points = all[body].1.boundary_points(part, parts, 2)?;
+            for body in self.bodies_at(&place, &what, all, &|_| true)? {
+                let (cells, parts) = (&all[body].1, if place.within.is_empty() { 1 } else { FINER });
+                let points = match &place.spot {
+                    Spot::Part(part) => cells.boundary_points(part, parts, 2)?,
+                    Spot::Body => cells.gauss(2)?,
+                    Spot::Point(at) => Points::single(*at),
+                };
+                bounds = Bounds::of(&points.positions);
                 for (x, weight) in points.positions.iter().zip(&points.weights).filter(|(x, _)| place.holds(x)) {
-                    let weight = weight * self.kinematics.measure(x);
+                    let is_point = matches!(place.spot, Spot::Point(_));
+                    let weight = if is_point { *weight } else { weight * self.kinematics.measure(x) };
                     area += weight;
                     moment += padded(x) * weight;
                 }
             }
         }
+        let [low, high] = [bounds.low, bounds.high].map(|end| end.as_slice().to_vec());
+        ensure!(area > 0.0, BoundaryError::NoFacet { what: what(), low, high });
         Ok(moment / area)
     }
 
@@ -124,12 +133,12 @@ pub(crate) fn frames<const D: usize>(
     for condition in &scene.conditions {
         let place = scene.resolve(&condition.place);
         let Some((number, point)) = scene.rigid_at(&place) else { continue };
-        let first = equations.equations().len();
+        let first = equations.len();
         frames[number].prescribe(equations, condition, point, revolved)?;
         // By the name of the body results are those of its parts, which carry what its conditions do.
         let own = condition.name.clone().filter(|name| *name != frames[number].name);
         let (name, nodes) = (own, frames[number].nodes());
-        placed.push(Placed { name, place: Some(place), equations: first..equations.equations().len(), nodes });
+        placed.push(Placed { name, place: Some(place), equations: first..equations.len(), nodes });
     }
     Ok(frames)
 }

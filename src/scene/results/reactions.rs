@@ -382,7 +382,7 @@ impl<const D: usize> Problem<D> {
     /// Refuses states of other problems.
     fn check_state(&self, state: &State) -> Result<(), SolveError> {
         self.check_length(state)?;
-        let (given, needed) = (state.multipliers.len(), self.equations.equations().len());
+        let (given, needed) = (state.multipliers.len(), self.equations.len());
         ensure!(given == needed, SolveError::OtherModel { what: "multipliers", given, needed });
         Ok(())
     }
@@ -415,7 +415,7 @@ impl<const D: usize> Problem<D> {
             parts.push(unit_turn(&self.model, &rows, state, &about, axis, &mut vec![0.0; self.model.unknowns()]));
         }
         let change = |parts: Vec<(usize, f64)>| {
-            let mut change = vec![0.0; self.equations.equations().len()];
+            let mut change = vec![0.0; self.equations.len()];
             parts.into_iter().for_each(|(equation, value)| change[equation] += value);
             change
         };

@@ -8,7 +8,7 @@ use crate::boundary::{ConstraintEquation, Constraints};
 use crate::each::{Each, add};
 use crate::error::{Error, Incompatible};
 use crate::linear::vector::dot;
-use crate::scene::{DiscreteBody, Problem, TurnedBack};
+use crate::scene::{DiscreteBody, Problem, RotationBack};
 use crate::solve::State;
 use crate::term::{Amplitude, Element, Layout, Term, View, parted_mut};
 
@@ -47,8 +47,8 @@ pub(super) fn start<const D: usize>(
         }
     }
     begin_slips(problem, &mut next);
-    let turns: Vec<_> = problem.frames.iter().filter_map(|frame| frame.turned_back(&next.displacement)).collect();
-    begin_at(&mut problem.equations, &turns, &next.displacement);
+    let back: Vec<_> = problem.frames.iter().filter_map(|frame| frame.rotation_back(&next.displacement)).collect();
+    begin_at(&mut problem.equations, &back, &next.displacement);
     let left = carry_multipliers(before, state, problem, &mut next)?;
     let nodes: Vec<[u32; 1]> = (0..problem.model.node_count() as u32).map(|node| [node]).collect();
     problem.model.add_replicated(Arc::new(Fading::<D> { nodes, forces: left }));
@@ -130,18 +130,19 @@ fn carry_displacement<const D: usize>(
 }
 
 /// Lets prescribed values begin where the body is: what they are off by at load factor 0 falls with the load factor, and rigid bodies turn.
-fn begin_at(equations: &mut Constraints, turns: &[TurnedBack], displacement: &[f64]) {
+fn begin_at(equations: &mut Constraints, back: &[RotationBack], displacement: &[f64]) {
     let mut off = Vec::new();
     equations.violation(displacement, 0.0, &mut off);
     for (equation, off) in equations.equations_mut().zip(off) {
         let (target, amplitude) = (equation.target, equation.amplitude.clone());
-        let turn = turns.iter().find(|turn| turn.is_of(&equation.entries)).filter(|_| off != 0.0);
-        let (turn, entries) = (turn.cloned(), equation.entries.clone());
-        let bow = move |load: f64| turn.as_ref().map_or(0.0, |turn| turn.beside_a_line(&entries, load));
-        let is_straight = turns.is_empty() || [0.25, 0.5].iter().all(|load| bow(*load) == 0.0);
-        let value = move |load: f64| target * amplitude.value(load) - off * (1.0 - load) + bow(load);
+        let rotation = back.iter().find(|rotation| off != 0.0 && rotation.is_of(&equation.entries)).cloned();
+        let (rotates, entries) = (rotation.is_some(), equation.entries.clone());
+        let value = move |load: f64| {
+            let deviation = rotation.as_ref().map_or(0.0, |rotation| rotation.deviation(&entries, load));
+            target * amplitude.value(load) - off * (1.0 - load) + deviation
+        };
         equation.amplitude = match &equation.amplitude {
-            _ if !is_straight => Amplitude::Function(Arc::new(value)),
+            _ if rotates => Amplitude::Function(Arc::new(value)),
             // Straight lines stay straight.
             Amplitude::Ramp | Amplitude::Constant => Amplitude::Table(vec![(0.0, value(0.0)), (1.0, value(1.0))]),
             Amplitude::Table(pairs) => {

@@ -7,7 +7,7 @@ use crate::term::Amplitude;
 
 /// A scene whose conditions, loads and surfaces stay as they are at load factor 1, and whose clock stands at a time; with the displacements of
 /// its particles.
-pub(super) fn held<const D: usize>(mut scene: Scene<D>, time: f64, displacement: &[f64]) -> Scene<D> {
+pub(super) fn held<const D: usize>(mut scene: Scene<D>, time: f64, displacement: Vec<f64>) -> Scene<D> {
     let hold = |amplitude: &mut Amplitude| *amplitude = Amplitude::level(amplitude.value(1.0));
     scene.conditions.iter_mut().for_each(|condition| hold(&mut condition.amplitude));
     for load in &mut scene.loads {
@@ -20,7 +20,7 @@ pub(super) fn held<const D: usize>(mut scene: Scene<D>, time: f64, displacement:
     let surfaces = scene.contacts.iter_mut().filter_map(|contact| contact.surface.interference.as_mut());
     let pairs = scene.contact_pairs.iter_mut().filter_map(|pair| pair.interference.as_mut());
     surfaces.chain(pairs).for_each(|interference| interference.resolved = true);
-    scene.started = Some((time, Arc::new(displacement.to_vec())));
+    scene.started = Some((time, Arc::new(displacement)));
     scene.clock = scene.clock.map(|_| Amplitude::level(time));
     scene
 }

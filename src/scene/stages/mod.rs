@@ -154,7 +154,7 @@ impl<const D: usize> Stages<D> {
             if !answered {
                 break;
             }
-            scene = held::held(scene, time, &last);
+            scene = held::held(scene, time, last);
         }
         Ok(done)
     }
