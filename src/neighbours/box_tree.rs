@@ -56,24 +56,53 @@ impl<const D: usize> BoxTree<D> {
         BoxTree::new(points.mapped(|x| Bounds { low: *x, high: *x }))
     }
 
-    /// Whether `found(box)` holds for any of the boxes that contain a point; it is called for no others.
-    pub(crate) fn any_at(&self, x: &Point<D>, mut found: impl FnMut(usize) -> bool) -> bool {
+    /// Hands out each part with the numbers of its boxes.
+    pub(crate) fn each_part(&self, with: &mut dyn FnMut(usize, &[u32])) {
         let mut open = vec![(0, 0, self.numbers.len())];
         while let Some(part) = open.pop() {
-            if !self.parts[part.0].holds(x) {
+            with(part.0, &self.numbers[part.1..part.2]);
+            if part.2 - part.1 > LEAF {
+                open.extend(halves(part));
+            }
+        }
+    }
+
+    /// Visits the boxes in all parts that `enter`, given the part and its box, goes into; whether a visit was the last, having given `true`.
+    pub(crate) fn walk(
+        &self,
+        mut enter: impl FnMut(usize, &Bounds<D>) -> bool,
+        mut visit: impl FnMut(usize) -> bool,
+    ) -> bool {
+        let mut open = vec![(0, 0, self.numbers.len())];
+        while let Some(part) = open.pop() {
+            if !enter(part.0, &self.parts[part.0]) {
                 continue;
             }
             if part.2 - part.1 > LEAF {
                 open.extend(halves(part));
-                continue;
-            }
-            for &number in &self.numbers[part.1..part.2] {
-                if self.boxes[number as usize].holds(x) && found(number as usize) {
-                    return true;
-                }
+            } else if self.numbers[part.1..part.2].iter().any(|&number| visit(number as usize)) {
+                return true;
             }
         }
         false
+    }
+
+    /// Whether `found(box)` holds for any of the boxes that contain a point; it is called for no others.
+    pub(crate) fn any_at(&self, x: &Point<D>, mut found: impl FnMut(usize) -> bool) -> bool {
+        self.walk(|_, own| own.holds(x), |number| self.boxes[number].holds(x) && found(number))
+    }
+
+    /// Visits the boxes that have a point in common with another one.
+    pub(crate) fn each_meeting(&self, within: &Bounds<D>, mut visit: impl FnMut(usize)) {
+        self.walk(
+            |_, own| own.meets(within),
+            |number| {
+                if self.boxes[number].meets(within) {
+                    visit(number);
+                }
+                false
+            },
+        );
     }
 
     /// Visits boxes with their distance from a point, near ones first, as long as that is at most what the last visit gave

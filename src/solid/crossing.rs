@@ -1,7 +1,7 @@
 //! Facets that cross each other.
 
 use crate::each::{EachOf, array_of};
-use crate::geometry::Vec3;
+use crate::geometry::{Bounds, Vec3};
 use crate::order;
 use crate::parallel::map_ranges;
 
@@ -51,7 +51,7 @@ fn of_facet(vertices: &[Vec3], facets: &[[u32; 3]], tree: &Tree, one: u32, found
     let corners = |facet: u32| facets[facet as usize].each(|vertex| vertices[vertex as usize]);
     let x = corners(one);
     let begun = found.len();
-    tree.for_each_in(&x[0].inf(&x[1]).inf(&x[2]), &x[0].sup(&x[1]).sup(&x[2]), |other| {
+    tree.for_each_in(&Bounds::of(&x), |other| {
         if other > one
             && let Some(at) = crossing(&x, facets[one as usize], &corners(other), facets[other as usize])
         {

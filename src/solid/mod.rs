@@ -24,5 +24,5 @@ pub use closed::{Closest, Solid3};
 pub use flaws::SurfaceFlaws;
 pub use select::Select;
 pub use shape::Shape;
-pub(crate) use tree::{Tree, foot};
+pub(crate) use tree::{Tree, foot, solid_angle};
 pub(crate) use walls::{OPPOSITE, Wall};

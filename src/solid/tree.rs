@@ -3,38 +3,30 @@
 use std::f64::consts::PI;
 
 use crate::each::{Each, EachOf};
-use crate::geometry::{Mat3, Point, Vec3};
+use crate::geometry::{Bounds, Mat3, Vec3};
+use crate::neighbours::BoxTree;
 
-/// Facets in a leaf.
-const LEAF: usize = 8;
-/// Distance over radius from which a node is seen as its moments: winding numbers are off by 0.07 at most on a sphere.
+/// Distance over radius from which a part of the tree is seen as its moments: winding numbers are off by 0.07 at most on a sphere.
 const FAR: f64 = 2.0;
-/// Depth of the tree of as many facets as indices can name, twice.
-const DEPTH: usize = 64;
 
+/// Facets by their boxes.
 #[derive(Debug, Clone)]
-struct Node {
-    low: Vec3,
-    high: Vec3,
+pub(crate) struct Tree {
+    corners: Vec<[Vec3; 3]>,
+    boxes: BoxTree<3>,
+    /// Of each part of the tree.
+    moments: Vec<Moments>,
+}
+
+/// Moments of facets about their centre.
+#[derive(Debug, Clone, Default)]
+struct Moments {
     /// Mean of the facets' centres by area, and the largest distance of a corner from it.
     centre: Vec3,
     radius: f64,
     /// $\int n\,\mathrm dA$ and $\int n\otimes(y-c)\,\mathrm dA$.
     dipole: Vec3,
     moment: Mat3,
-    /// Places in `order`.
-    first: u32,
-    end: u32,
-    /// The second child; the first one follows its parent. Zero in leaves.
-    second: u32,
-}
-
-/// A tree of boxes, each split in the middle of its facets along its longest side.
-#[derive(Debug, Clone)]
-pub(crate) struct Tree {
-    nodes: Vec<Node>,
-    order: Vec<u32>,
-    corners: Vec<[Vec3; 3]>,
 }
 
 /// The foot of a point on the triangle $abc$ and the places of the corners that span where it lies, one, two or three (Ericson, *Real-Time
@@ -71,173 +63,91 @@ pub(crate) fn foot(x: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Vec3, &'static [usize]) 
     (a + ab * (vb / sum) + ac * (vc / sum), &[0, 1, 2])
 }
 
-/// The solid angle of a triangle seen from a point, over 4π (van Oosterom & Strackee 1983).
-fn solid_angle(x: &Vec3, corners: &[Vec3; 3]) -> f64 {
-    let [a, b, c] = corners.each(|corner| corner - x);
+/// The solid angle of a triangle seen from the origin (van Oosterom & Strackee 1983).
+pub(crate) fn solid_angle([a, b, c]: &[Vec3; 3]) -> f64 {
     let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
-    let below = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
-    a.dot(&b.cross(&c)).atan2(below) / (2.0 * PI)
+    let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    2.0 * a.dot(&b.cross(c)).atan2(below)
 }
 
 impl Tree {
     pub(crate) fn new(vertices: &[Vec3], facets: &[[u32; 3]]) -> Self {
-        let corners_of = |facet: u32| facets[facet as usize].each(|vertex| vertices[vertex as usize]);
-        let centres: Vec<Vec3> = (0..facets.len() as u32).map(|f| corners_of(f).iter().sum::<Vec3>() / 3.0).collect();
-        let mut order: Vec<u32> = (0..facets.len() as u32).collect();
-        let mut nodes: Vec<Node> = Vec::with_capacity(4 * facets.len() / LEAF + 1);
-        // Ranges to be split, with the node whose second child they are.
-        let mut open = vec![(0, order.len(), usize::MAX)];
-        while let Some((first, end, parent)) = open.pop() {
-            if parent != usize::MAX {
-                nodes[parent].second = nodes.len() as u32;
+        let corners = facets.mapped(|facet| facet.each(|vertex| vertices[vertex as usize]));
+        let boxes = BoxTree::new(corners.mapped(Bounds::of));
+        let mut moments = Vec::new();
+        boxes.each_part(&mut |part, facets| {
+            if moments.len() <= part {
+                moments.resize(part + 1, Moments::default());
             }
-            let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
-            for &facet in &order[first..end] {
-                for x in corners_of(facet) {
-                    (low, high) = (low.inf(&x), high.sup(&x));
-                }
-            }
-            let mut node = Node {
-                low,
-                high,
-                centre: (low + high) * 0.5,
-                radius: 0.0,
-                dipole: Point::zeros(),
-                moment: Mat3::zeros(),
-                first: first as u32,
-                end: end as u32,
-                second: 0,
-            };
-            node.expand(&order[first..end], corners_of);
-            nodes.push(node);
-            if end - first > LEAF {
-                let axis = (high - low).imax();
-                let middle = (end - first) / 2;
-                let along =
-                    |a: &u32, b: &u32| centres[*a as usize][axis].total_cmp(&centres[*b as usize][axis]).then(a.cmp(b));
-                order[first..end].select_nth_unstable_by(middle, along);
-                open.push((first + middle, end, nodes.len() - 1));
-                open.push((first, first + middle, usize::MAX));
-            }
-        }
-        let corners = order.mapped(|&facet| corners_of(facet));
-        Tree { nodes, order, corners }
-    }
-
-    /// Calls `visit` for the leaves' ranges of all nodes into which `enter` goes.
-    fn walk(&self, mut enter: impl FnMut(&Node) -> bool, mut visit: impl FnMut(std::ops::Range<usize>)) {
-        let mut stack = [0u32; DEPTH];
-        let mut height = usize::from(!self.nodes.is_empty());
-        while height > 0 {
-            height -= 1;
-            let place = stack[height];
-            let node = &self.nodes[place as usize];
-            if !enter(node) {
-                continue;
-            }
-            if node.second == 0 {
-                visit(node.first as usize..node.end as usize);
-            } else {
-                stack[height] = node.second;
-                stack[height + 1] = place + 1;
-                height += 2;
-            }
-        }
+            moments[part] = Moments::of(&facets.mapped(|&facet| corners[facet as usize]));
+        });
+        Tree { corners, boxes, moments }
     }
 
     /// The winding number of the facets about a point.
     pub(crate) fn winding_number(&self, x: &Vec3) -> f64 {
-        let mut far = 0.0;
-        let mut near = 0.0;
-        let enter = |node: &Node| {
-            let r = node.centre - x;
-            let square = r.norm_squared();
-            if square <= (FAR * node.radius).powi(2) {
-                return true;
-            }
-            let cube = square * square.sqrt();
-            far += (node.dipole.dot(&r) + node.moment.trace() - 3.0 * r.dot(&(node.moment * r)) / square) / cube;
-            false
+        let mut angle = 0.0;
+        let enter = |part: usize, _: &Bounds<3>| {
+            let far = self.moments[part].far_angle(x);
+            angle += far.unwrap_or(0.0);
+            far.is_none()
         };
-        self.walk(enter, |range| near += self.corners[range].summed(|corners| solid_angle(x, corners)));
-        near + far / (4.0 * PI)
+        let mut near = 0.0;
+        self.boxes.walk(enter, |facet| {
+            near += solid_angle(&self.corners[facet].each(|corner| corner - x));
+            false
+        });
+        (near + angle) / (4.0 * PI)
     }
 
     /// The nearest facet, its nearest point and the distance; `None` without facets.
     pub(crate) fn closest(&self, x: &Vec3) -> Option<(u32, Vec3, f64)> {
-        let mut best: Option<(f64, u32, Vec3)> = None;
-        let mut stack = [(0.0, 0u32); DEPTH];
-        let mut height = usize::from(!self.nodes.is_empty());
-        while height > 0 {
-            height -= 1;
-            let (bound, place) = stack[height];
-            if best.is_some_and(|found| bound > found.0) {
-                continue;
+        let mut best: Option<(f64, usize, Vec3)> = None;
+        self.boxes.approach(x, |facet, _| {
+            let at = foot(x, &self.corners[facet]).0;
+            let square = (at - x).norm_squared();
+            // Of facets as near as each other the first: the same whatever the order of the tree.
+            if best.is_none_or(|found| square < found.0 || square == found.0 && facet < found.1) {
+                best = Some((square, facet, at));
             }
-            let node = &self.nodes[place as usize];
-            if node.second == 0 {
-                for k in node.first as usize..node.end as usize {
-                    let at = foot(x, &self.corners[k]).0;
-                    let (square, facet) = ((at - x).norm_squared(), self.order[k]);
-                    // Of facets as near as each other the first: the same whatever the order of the tree.
-                    if best.is_none_or(|found| square < found.0 || square == found.0 && facet < found.1) {
-                        best = Some((square, facet, at));
-                    }
-                }
-                continue;
-            }
-            let distance = |child: u32| {
-                let node = &self.nodes[child as usize];
-                (x.sup(&node.low).inf(&node.high) - x).norm_squared()
-            };
-            let children = [place + 1, node.second].each(|child| (distance(child), child));
-            let nearer = usize::from(children[1].0 < children[0].0);
-            stack[height] = children[1 - nearer];
-            stack[height + 1] = children[nearer];
-            height += 2;
-        }
-        best.map(|(square, facet, at)| (facet, at, square.sqrt()))
+            best.map_or(f64::INFINITY, |found| found.0.sqrt())
+        });
+        best.map(|(square, facet, at)| (facet as u32, at, square.sqrt()))
     }
 
     /// Calls `visit` for the facets whose boxes meet a box.
-    pub(crate) fn for_each_in(&self, low: &Vec3, high: &Vec3, mut visit: impl FnMut(u32)) {
-        let meets = |min: &Vec3, max: &Vec3| (0..3).all(|i| min[i] <= high[i] && max[i] >= low[i]);
-        self.walk(
-            |node| meets(&node.low, &node.high),
-            |range| {
-                for k in range {
-                    let [a, b, c] = &self.corners[k];
-                    if meets(&a.inf(b).inf(c), &a.sup(b).sup(c)) {
-                        visit(self.order[k]);
-                    }
-                }
-            },
-        );
+    pub(crate) fn for_each_in(&self, within: &Bounds<3>, mut visit: impl FnMut(u32)) {
+        self.boxes.each_meeting(within, |facet| visit(facet as u32));
     }
 }
 
-impl Node {
-    /// Moments of facets about their centre.
-    fn expand(&mut self, facets: &[u32], corners_of: impl Fn(u32) -> [Vec3; 3]) {
-        let mut total = 0.0;
-        let mut sum = Vec3::zeros();
-        for &facet in facets {
-            let [a, b, c] = corners_of(facet);
-            let area = (b - a).cross(&(c - a)).norm();
-            total += area;
-            sum += (a + b + c) * (area / 3.0);
-        }
+impl Moments {
+    fn of(facets: &[[Vec3; 3]]) -> Self {
+        let area = |[a, b, c]: &[Vec3; 3]| (b - a).cross(&(c - a)) * 0.5;
+        let middle = |corners: &[Vec3; 3]| corners.iter().sum::<Vec3>() / 3.0;
+        let total = facets.summed(|corners| area(corners).norm());
+        let mut own = Moments::default();
         if total > 0.0 {
-            self.centre = sum / total;
+            own.centre = facets.iter().map(|corners| middle(corners) * area(corners).norm()).sum::<Vec3>() / total;
+        } else if let Some(first) = facets.first() {
+            own.centre = middle(first);
         }
-        for &facet in facets {
-            let corners = corners_of(facet);
-            let [a, b, c] = corners;
-            let normal = (b - a).cross(&(c - a)) * 0.5;
-            self.dipole += normal;
-            self.moment += normal * ((a + b + c) / 3.0 - self.centre).transpose();
-            let furthest = corners.largest(|x| (x - self.centre).norm());
-            self.radius = self.radius.max(furthest);
+        for corners in facets {
+            own.dipole += area(corners);
+            own.moment += area(corners) * (middle(corners) - own.centre).transpose();
+            own.radius = own.radius.max(corners.largest(|x| (x - own.centre).norm()));
         }
+        own
+    }
+
+    /// The solid angle of the facets seen from a point that is far away; none from near by.
+    fn far_angle(&self, x: &Vec3) -> Option<f64> {
+        let r = self.centre - x;
+        let square = r.norm_squared();
+        if square <= (FAR * self.radius).powi(2) {
+            return None;
+        }
+        let cube = square * square.sqrt();
+        Some((self.dipole.dot(&r) + self.moment.trace() - 3.0 * r.dot(&(self.moment * r)) / square) / cube)
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use crate::each::array_of;
 pub(crate) use crate::geometry::OPPOSITE;
-use crate::geometry::Vec3;
+use crate::geometry::{Bounds, Vec3};
 
 use super::closed::Solid3;
 
@@ -66,7 +66,7 @@ impl Solid3 {
     fn through(&self, from: &Vec3, along: &Vec3, thinner: f64, own: u32) -> Option<(f64, bool)> {
         let to = from + along * thinner;
         let mut nearest: Option<(f64, f64)> = None;
-        self.tree.for_each_in(&from.inf(&to), &from.sup(&to), |facet| {
+        self.tree.for_each_in(&Bounds::of([from, &to]), |facet| {
             let (normal, [a, b, c]) = (self.normals[facet as usize], self.corners(facet as usize));
             let steep = normal.dot(along);
             let distance = (a - from).dot(&normal) / steep;

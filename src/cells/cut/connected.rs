@@ -8,6 +8,7 @@ use crate::geometry::{Bounds, Vec3};
 use crate::neighbours::Adjacent;
 use crate::parallel::map_with;
 use crate::rows::Rows;
+use crate::solid::solid_angle;
 
 use super::frame::Frame;
 use super::grid::Grid;
@@ -147,30 +148,26 @@ impl Bricks {
     }
 }
 
-/// The solid angle of a triangle seen from the origin (van Oosterom and Strackee 1983).
-fn solid_angle([a, b, c]: [Vec3; 3]) -> f64 {
-    let lengths = [a, b, c].each(|corner| corner.norm());
-    let whole: f64 = lengths.iter().product();
-    let volume = a.dot(&cross(&b, &c));
-    if volume.abs() <= EDGE_ON * whole {
-        return 0.0;
-    }
-    2.0 * volume.atan2(whole + a.dot(&b) * lengths[2] + b.dot(&c) * lengths[0] + c.dot(&a) * lengths[1])
+/// The solid angle of a triangle seen from the origin; none of one whose plane the origin lies in.
+fn angle(corners: [Vec3; 3]) -> f64 {
+    let [a, b, c] = &corners;
+    let is_edge_on = a.dot(&b.cross(c)).abs() <= EDGE_ON * a.norm() * b.norm() * c.norm();
+    if is_edge_on { 0.0 } else { solid_angle(&corners) }
 }
 
 impl Connected<'_> {
     /// The part of the full solid angle around a point that a sub-cell fills: one inside, a half on its faces.
     fn share(&self, part: u32, x: &Vec3) -> f64 {
         let part = &self.parts.parts[part as usize];
-        let mut angle = 0.0;
+        let mut sum = 0.0;
         let point = |corner: u32| self.sections.point(self.split, corner) - x;
         for &(section, sign) in &part.sections {
-            each_triangle(self.sections, section, |corners| angle += sign * solid_angle(corners.each(point)));
+            each_triangle(self.sections, section, |corners| sum += sign * angle(corners.each(point)));
         }
         for &patch in &part.patches {
-            angle += solid_angle(self.split.patches[patch as usize].corners.each(point));
+            sum += angle(self.split.patches[patch as usize].corners.each(point));
         }
-        angle / (4.0 * PI)
+        sum / (4.0 * PI)
     }
 
     /// Adds the sub-cells that hold a point, or the one nearby that it is most inside of: points of a rule may lie a little outside.
