@@ -58,6 +58,11 @@ pub(crate) fn vector<const D: usize>(components: &[f64; D]) -> Vec3 {
     padded(&Point::from(*components))
 }
 
+/// Twice the area of a triangle along its normal, by the right hand.
+pub(crate) fn double_area([a, b, c]: &[Vec3; 3]) -> Vec3 {
+    (b - a).cross(&(c - a))
+}
+
 /// The first components of a place: as many as there are dimensions.
 pub(crate) fn cut(at: &Vec3, dim: usize) -> Vec<f64> {
     at.as_slice()[..dim].to_vec()

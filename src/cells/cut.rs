@@ -23,7 +23,7 @@ use nalgebra::SymmetricEigen;
 
 use crate::each::{Each, EachOf, IntoEach, array_of};
 use crate::error::{ApproximationError, GeometryError, Invalid};
-use crate::geometry::{Mat3, Part, Vec3};
+use crate::geometry::{Mat3, Part, Vec3, double_area};
 use crate::order;
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_halves, check_point_count};
@@ -280,10 +280,7 @@ impl CutLattice {
     /// from each other.
     fn thinnest(&self) -> Option<(f64, f64, Vec3)> {
         let normal = |patch: u32| self.features.normals[self.split.patches[patch as usize].facet as usize];
-        let area = |patch: u32| {
-            let [a, b, c] = self.split.corners(patch);
-            parts::cross(&(b - a), &(c - a)).norm()
-        };
+        let area = |patch: u32| double_area(&self.split.corners(patch)).norm();
         let placing = self.placing();
         let in_brick = |brick: usize| self.by_brick.row(brick).iter().map(move |&patch| (brick as u32, patch));
         let mut by_leaf: Vec<(u32, u32)> = (0..self.grid.len()).flat_map(in_brick).collect();
@@ -977,7 +974,7 @@ impl CutLattice {
 
 /// Whether a line between two points goes through a triangle.
 fn crosses(from: &Vec3, to: &Vec3, [a, b, c]: &[Vec3; 3]) -> bool {
-    let volume = |p: &Vec3, q: &Vec3, r: &Vec3, s: &Vec3| (q - p).dot(&parts::cross(&(r - p), &(s - p)));
+    let volume = |p: &Vec3, q: &Vec3, r: &Vec3, s: &Vec3| (q - p).dot(&double_area(&[*p, *r, *s]));
     let sides = [(a, b), (b, c), (c, a)].each(|(p, q)| volume(from, to, p, q) > 0.0);
     sides[0] == sides[1] && sides[1] == sides[2] && (volume(from, a, b, c) > 0.0) != (volume(to, a, b, c) > 0.0)
 }

@@ -1,7 +1,7 @@
 //! Elements of one dimension, flat.
 
 use crate::each::Each;
-use crate::geometry::{Point, Vec3, padded};
+use crate::geometry::{Point, Vec3, double_area, padded};
 
 use super::shape::CellShape;
 
@@ -82,8 +82,8 @@ type FacePoint = (Vec3, Vec3);
 /// Points and $n\\,\mathrm dA$ on a triangle or a bilinear quadrangle in space, exact for $\oint x\cdot n$.
 pub(crate) fn surface(x: &[Vec3]) -> ([FacePoint; 4], usize) {
     let mut points = [(Vec3::zeros(), Vec3::zeros()); 4];
-    if let [a, b, c] = x {
-        points[0] = ((a + b + c) / 3.0, (b - a).cross(&(c - a)) * 0.5);
+    if let &[a, b, c] = x {
+        points[0] = ((a + b + c) / 3.0, double_area(&[a, b, c]) * 0.5);
         return (points, 1);
     }
     for (k, point) in points.iter_mut().enumerate() {
@@ -112,7 +112,7 @@ pub(crate) fn measure<const D: usize>(shape: CellShape, corners: &[u32], points:
         0 => 1.0,
         1 => (x[1] - x[0]).norm(),
         2 => facing(x),
-        _ if shape == CellShape::Tetrahedron => (x[1] - x[0]).cross(&(x[2] - x[0])).dot(&(x[3] - x[0])) / 6.0,
+        _ if shape == CellShape::Tetrahedron => double_area(&[x[0], x[1], x[2]]).dot(&(x[3] - x[0])) / 6.0,
         _ => {
             // From a corner of the cell: about a distant origin the fluxes would cancel.
             let flux = |face: &&[usize]| -> f64 {

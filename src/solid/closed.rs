@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::each::{Each, EachOf, IntoEach};
 use crate::error::{GeometryError, Invalid, SolidError};
-use crate::geometry::{Block, Point, Vec3};
+use crate::geometry::{Block, Point, Vec3, double_area};
 use crate::mesh::Mesh;
 
 use super::crossing::first_crossing;
@@ -333,8 +333,7 @@ impl Solid3 {
 
 /// Twice a facet's area along its normal.
 fn normal(vertices: &[Vec3], facet: [u32; 3]) -> Vec3 {
-    let [a, b, c] = facet.each(|vertex| vertices[vertex as usize]);
-    (b - a).cross(&(c - a))
+    double_area(&facet.each(|vertex| vertices[vertex as usize]))
 }
 
 /// The largest coordinate of vertices in use; refuses what can't be computed with.

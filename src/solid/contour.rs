@@ -8,7 +8,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use crate::each::{Each, EachOf, array_of, list_of, point_of};
 use crate::error::{GeometryError, SolidError};
-use crate::geometry::{Block, Vec3};
+use crate::geometry::{Block, Vec3, double_area};
 use crate::parallel::map_with;
 
 use super::closed::{SAME, Solid3};
@@ -302,9 +302,10 @@ fn triangles(program: &Program, crossed: &[Crossed], vertices: &[Vec3]) -> (Vec<
         let centre = x.iter().sum::<Vec3>() * 0.25;
         let normal = program.surfaces[crossing.surface as usize].gradient(&centre) * crossing.sign;
         // The diagonal whose worse triangle is the better one, seen along the normal.
-        let quality = |[a, b, c]: [usize; 3]| {
-            let longest = [(a, b), (b, c), (c, a)].largest(|&(i, j)| (x[i] - x[j]).norm_squared());
-            (x[b] - x[a]).cross(&(x[c] - x[a])).dot(&normal) / longest.max(f64::MIN_POSITIVE)
+        let quality = |corners: [usize; 3]| {
+            let x = corners.each(|k| x[k]);
+            let longest = [0, 1, 2].largest(|&k| (x[k] - x[(k + 1) % 3]).norm_squared());
+            double_area(&x).dot(&normal) / longest.max(f64::MIN_POSITIVE)
         };
         let pairs = [[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]];
         let worst = pairs.each(|pair| quality(pair[0]).min(quality(pair[1])));

@@ -1,7 +1,7 @@
 //! Facets that cross each other.
 
 use crate::each::{EachOf, array_of};
-use crate::geometry::{Bounds, Vec3};
+use crate::geometry::{Bounds, Vec3, double_area};
 use crate::order;
 use crate::parallel::map_ranges;
 
@@ -75,7 +75,7 @@ fn crossing(x: &[Vec3; 3], a: [u32; 3], y: &[Vec3; 3], b: [u32; 3]) -> Option<Ve
 /// Heights of `y` over the plane of `x`, rounding and common vertices as zeros; `None` where all that are none have one sign and
 /// can't cross.
 fn heights(x: &[Vec3; 3], y: &[Vec3; 3], a: &[u32; 3], b: &[u32; 3]) -> Option<[f64; 3]> {
-    let normal = (x[1] - x[0]).cross(&(x[2] - x[0])).normalize();
+    let normal = double_area(x).normalize();
     let size = (x[1] - x[0]).amax().max((x[2] - x[0]).amax()).max((y[1] - y[0]).amax()).max((y[2] - y[0]).amax());
     let heights: [f64; 3] = array_of(|k| {
         let height = normal.dot(&(y[k] - x[0]));
@@ -98,8 +98,8 @@ fn pierced(x: &[Vec3; 3], y: &[Vec3; 3], heights: &[f64; 3]) -> Option<Vec3> {
 
 /// The barycentric coordinates of a point in the plane of a triangle.
 fn sides(y: &[Vec3; 3], at: &Vec3) -> [f64; 3] {
-    let normal = (y[1] - y[0]).cross(&(y[2] - y[0]));
-    array_of(|j| (y[(j + 1) % 3] - y[j]).cross(&(at - y[j])).dot(&normal) / normal.norm_squared())
+    let normal = double_area(y);
+    array_of(|j| double_area(&[y[j], y[(j + 1) % 3], *at]).dot(&normal) / normal.norm_squared())
 }
 
 /// Where two facets of one plane cover each other.

@@ -1,7 +1,7 @@
 //! The smooth patches between sharp edges.
 
 use crate::each::IntoEach;
-use crate::geometry::Disjoint;
+use crate::geometry::{Disjoint, double_area};
 
 use super::closed::Solid3;
 use super::edges::{HalfEdge, by_edge, half_edges};
@@ -22,9 +22,8 @@ impl Solid3 {
                 place[root] = patches.len();
                 patches.push((0.0, Vec::new()));
             }
-            let [a, b, c] = self.corners(facet);
             let patch = &mut patches[place[root]];
-            patch.0 += 0.5 * (b - a).cross(&(c - a)).norm();
+            patch.0 += 0.5 * double_area(&self.corners(facet)).norm();
             patch.1.push(facet as u32);
         }
         patches.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1[0].cmp(&b.1[0])));

@@ -2,7 +2,7 @@
 
 use crate::each::{Each, EachOf};
 use crate::error::GeometryError;
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, double_area};
 
 use super::closed::{SAME, Solid3, checked};
 use super::crossing::crossings;
@@ -42,8 +42,9 @@ impl SurfaceFlaws {
         let (vertices, mut welded) = weld(vertices, facets, tolerance);
         welded.iter().for_each(|facet| kept[facet.origin as usize] = true);
         welded.retain(|facet| {
-            let [a, b, c] = facet.corners.each(|vertex| vertices[vertex as usize]);
-            let has_area = (b - a).cross(&(c - a)).norm() > tolerance * (b - a).amax().max((c - a).amax());
+            let x = facet.corners.each(|vertex| vertices[vertex as usize]);
+            let [a, b, c] = x;
+            let has_area = double_area(&x).norm() > tolerance * (b - a).amax().max((c - a).amax());
             kept[facet.origin as usize] &= has_area;
             has_area
         });

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::each::{Each, EachOf};
 use crate::error::SolidError;
-use crate::geometry::{Disjoint, Vec3};
+use crate::geometry::{Disjoint, Vec3, double_area};
 
 use super::edges::{balance, by_edge, edge, ends, half_edges};
 use super::weld::{ADDED, Facet};
@@ -129,8 +129,8 @@ pub(super) fn close(vertices: &[Vec3], facets: &mut Vec<Facet>) -> Result<(), So
     Ok(())
 }
 
-fn area([a, b, c]: [Vec3; 3]) -> f64 {
-    0.5 * (b - a).cross(&(c - a)).norm()
+fn area(corners: [Vec3; 3]) -> f64 {
+    0.5 * double_area(&corners).norm()
 }
 
 /// Takes the edges that are reached from a vertex out of `next`, as rings that pass each vertex once.

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::each::{Each, EachOf};
-use crate::geometry::{Bounds, Mat3, Vec3};
+use crate::geometry::{Bounds, Mat3, Vec3, double_area};
 use crate::neighbours::BoxTree;
 
 /// Distance over radius from which a part of the tree is seen as its moments: winding numbers are off by 0.07 at most on a sphere.
@@ -123,7 +123,7 @@ impl Tree {
 
 impl Moments {
     fn of(facets: &[[Vec3; 3]]) -> Self {
-        let area = |[a, b, c]: &[Vec3; 3]| (b - a).cross(&(c - a)) * 0.5;
+        let area = |corners: &[Vec3; 3]| double_area(corners) * 0.5;
         let middle = |corners: &[Vec3; 3]| corners.iter().sum::<Vec3>() / 3.0;
         let total = facets.summed(|corners| area(corners).norm());
         let mut own = Moments::default();

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use crate::each::array_of;
 pub(crate) use crate::geometry::OPPOSITE;
-use crate::geometry::{Bounds, Vec3};
+use crate::geometry::{Bounds, Vec3, double_area};
 
 use super::closed::Solid3;
 
@@ -67,16 +67,16 @@ impl Solid3 {
         let to = from + along * thinner;
         let mut nearest: Option<(f64, f64)> = None;
         self.tree.for_each_in(&Bounds::of([from, &to]), |facet| {
-            let (normal, [a, b, c]) = (self.normals[facet as usize], self.corners(facet as usize));
+            let (normal, x) = (self.normals[facet as usize], self.corners(facet as usize));
             let steep = normal.dot(along);
-            let distance = (a - from).dot(&normal) / steep;
+            let distance = (x[0] - from).dot(&normal) / steep;
             if facet == own || !(distance > EDGE * thinner && distance < thinner) {
                 return;
             }
             let at = from + along * distance;
-            let area = (b - a).cross(&(c - a)).norm();
-            let within = |p: &Vec3, q: &Vec3| (q - p).cross(&(at - p)).dot(&normal) >= -EDGE * area;
-            if within(&a, &b) && within(&b, &c) && within(&c, &a) && nearest.is_none_or(|known| distance < known.0) {
+            let area = double_area(&x).norm();
+            let within = |k: usize| double_area(&[x[k], x[(k + 1) % 3], at]).dot(&normal) >= -EDGE * area;
+            if (0..3).all(within) && nearest.is_none_or(|known| distance < known.0) {
                 nearest = Some((distance, steep));
             }
         });

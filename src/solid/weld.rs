@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use crate::each::EachOf;
-use crate::geometry::{Disjoint, Vec3};
+use crate::geometry::{Disjoint, Vec3, double_area};
 
 use super::edges::{edge, half_edges};
 
@@ -164,7 +164,7 @@ pub(super) fn drop_doubles(facets: &mut Vec<Facet>) {
 fn height(x: [Vec3; 3]) -> (f64, usize) {
     let longest = (0..3).map(|k| ((x[(k + 2) % 3] - x[(k + 1) % 3]).norm(), k));
     let (length, corner) = longest.fold((0.0, 0), |best, side| if side.0 > best.0 { side } else { best });
-    ((x[1] - x[0]).cross(&(x[2] - x[0])).norm() / length, corner)
+    (double_area(&x).norm() / length, corner)
 }
 
 /// Whether a facet is lower than `tolerance` over its longest side.

@@ -12,7 +12,7 @@ use crate::solid::solid_angle;
 
 use super::frame::Frame;
 use super::grid::Grid;
-use super::parts::{NONE, Parts, cross, each_triangle};
+use super::parts::{NONE, Parts, each_triangle};
 use super::sections::Sections;
 use super::split::Split;
 

@@ -5,9 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use nalgebra::SymmetricEigen;
 
 use crate::each::{Each, EachOf};
-use crate::geometry::{Mat3, Vec3};
-
-use super::parts::cross;
+use crate::geometry::{Mat3, Vec3, double_area};
 
 /// Cosine of the angle between facets beyond which the edge between them is sharp, 40°.
 const SHARP: f64 = 0.766;
@@ -42,8 +40,7 @@ impl Features {
     /// Facets with the same mark and no sharp edge between them are one piece.
     pub(super) fn new(points: &[Vec3], facets: &[[u32; 3]], marks: &[u32]) -> Self {
         let normal = |corners: &[u32; 3]| {
-            let [a, b, c] = corners.each(|corner| points[corner as usize]);
-            let area = cross(&(b - a), &(c - a));
+            let area = double_area(&corners.each(|corner| points[corner as usize]));
             area / area.norm().max(f64::MIN_POSITIVE)
         };
         let normals: Vec<Vec3> = facets.mapped(normal);

@@ -2,11 +2,10 @@
 
 use crate::each::{Each, EachOf};
 use crate::error::{GeometryError, Invalid};
-use crate::geometry::{Mat3, Vec3, unit};
+use crate::geometry::{Mat3, Vec3, double_area, unit};
 use crate::order;
 
 use super::grid::{Grid, MACRO};
-use super::parts::cross;
 
 /// Bricks between particles along each axis.
 const STEP: usize = 2;
@@ -114,8 +113,7 @@ impl Frame {
 pub(super) fn dominant_axes(vertices: &[Vec3], facets: &[[u32; 3]]) -> Option<Mat3> {
     let mut directions: Vec<(Vec3, f64)> = Vec::new();
     let mut areas: Vec<(Vec3, f64)> = facets.mapped(|facet| {
-        let [a, b, c] = facet.each(|corner| vertices[corner as usize]);
-        let area = cross(&(b - a), &(c - a)) * 0.5;
+        let area = double_area(&facet.each(|corner| vertices[corner as usize])) * 0.5;
         (area / area.norm().max(f64::MIN_POSITIVE), area.norm())
     });
     let whole: f64 = areas.summed(|facet| facet.1);
@@ -135,7 +133,7 @@ pub(super) fn dominant_axes(vertices: &[Vec3], facets: &[[u32; 3]]) -> Option<Ma
     let second = directions.iter().map(|direction| direction.0).find(|normal| normal.dot(&first).abs() < 1e-6);
     let flattest = (0..3).min_by(|&a, &b| first[a].abs().total_cmp(&first[b].abs())).unwrap_or(0);
     let second = across(&second.unwrap_or_else(|| unit(flattest))).normalize();
-    let third = cross(&first, &second);
+    let third = first.cross(&second);
     let axes = [first, second, third];
     // Planes across the axes of space need no other ones.
     if axes.iter().all(|axis| axis.amax() > 1.0 - 1e-12) {

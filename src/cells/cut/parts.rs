@@ -40,13 +40,8 @@ pub(super) struct Parts {
 fn triangle(corners: &[Vec3; 3], sign: f64, origin: &Vec3) -> (f64, Vec3) {
     let [a, b, c] = corners.each(|corner| corner - origin);
     // Of the tetrahedron to the origin.
-    let volume = sign * a.dot(&cross(&b, &c)) / 6.0;
+    let volume = sign * a.dot(&b.cross(&c)) / 6.0;
     (volume, (a + b + c) * (volume / 4.0))
-}
-
-/// The vector product.
-pub(super) fn cross(a: &Vec3, b: &Vec3) -> Vec3 {
-    Vec3::new(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 }
 
 impl Parts {

@@ -3,12 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::each::{Each, EachOf, array_of};
-use crate::geometry::{Bounds, Vec3};
+use crate::geometry::{Bounds, Vec3, double_area};
 use crate::neighbours::{BoxTree, FACING, MARGIN, Search};
 
 use super::connected::{Bricks, Connected, Divided, Divisions, FINER};
 use super::grid::Grid;
-use super::parts::{NONE, Parts, cross, each_triangle};
+use super::parts::{NONE, Parts, each_triangle};
 use super::sections::Sections;
 use super::split::{Split, by_brick};
 use crate::rows::Rows;
@@ -59,11 +59,11 @@ fn walls(connected: &Connected, normals: &[Vec3]) -> Vec<Wall> {
         for &number in &own.patches {
             let patch = &split.patches[number as usize];
             let normal = normals[patch.facet as usize];
-            let [a, b, c] = split.corners(number);
-            let area = cross(&(b - a), &(c - a)).norm();
+            let corners = split.corners(number);
+            let area = double_area(&corners).norm();
             let key = array_of(|i| normal[i].round() as i8);
             let (at, along, whole, patches) = alike.entry(key).or_default();
-            (*at, *along, *whole) = (*at + (a + b + c) * (area / 3.0), *along + normal * area, *whole + area);
+            (*at, *along, *whole) = (*at + corners.iter().sum::<Vec3>() * (area / 3.0), *along + normal * area, *whole + area);
             patches.push(number);
         }
         let size = grid.half_spacing(grid.place(own.brick as usize));

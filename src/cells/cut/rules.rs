@@ -4,11 +4,10 @@ use std::f64::consts::SQRT_2;
 
 use crate::each::EachOf;
 use crate::error::GeometryError;
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, double_area};
 use crate::quadrature::gauss_legendre;
 
 use super::super::inertia::Inertia;
-use super::parts::cross;
 
 /// Length below which a triangle takes a single point, in bricks: a sixth of the spacing.
 const TINY: f64 = 0.33;
@@ -40,8 +39,8 @@ impl Rules {
     }
 
     /// Points on a triangle with $n\,\mathrm dA$.
-    pub(super) fn on_triangle(&self, [a, b, c]: &[Vec3; 3], mut with: impl FnMut(Vec3, Vec3)) {
-        let area = cross(&(b - a), &(c - a)) * 0.5;
+    pub(super) fn on_triangle(&self, corners: &[Vec3; 3], mut with: impl FnMut(Vec3, Vec3)) {
+        let ([a, b, c], area) = (corners, double_area(corners) * 0.5);
         let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
         let rule = match (longest < TINY * TINY, self.line.0.len()) {
             (true, 1 | 2) => return with((a + b + c) / 3.0, area),
@@ -65,9 +64,9 @@ impl Rules {
             return triangles.for_each(|corners| self.on_triangle(&corners, &mut with));
         }
         let (mut inertia, mut area) = (Inertia::default(), Vec3::zeros());
-        for [a, b, c] in triangles {
-            let own = cross(&(b - a), &(c - a)) * 0.5;
-            inertia.add(&[a, b, c], own.norm());
+        for corners in triangles {
+            let own = double_area(&corners) * 0.5;
+            inertia.add(&corners, own.norm());
             area += own;
         }
         // Slivers without an area have no points.
@@ -86,7 +85,7 @@ impl Rules {
 
     /// Points on a parallelogram by two of its edges, with $n\,\mathrm dA$.
     pub(super) fn on_face(&self, corner: &Vec3, [p, q]: &[Vec3; 2], mut with: impl FnMut(Vec3, Vec3)) {
-        let area = cross(p, q);
+        let area = p.cross(q);
         for (t, w) in self.line.0.iter().zip(&self.line.1) {
             for (s, v) in self.line.0.iter().zip(&self.line.1) {
                 with(corner + p * *s + q * *t, area * (v * w));
@@ -109,7 +108,7 @@ impl Rules {
     /// Points in a tetrahedron, its measure signed.
     pub(super) fn in_tetrahedron(&self, apex: &Vec3, base: &[Vec3; 3], mut with: impl FnMut(Vec3, f64)) {
         let [a, b, c] = base.each(|corner| corner - apex);
-        let measure = a.dot(&cross(&b, &c));
+        let measure = a.dot(&b.cross(&c));
         if self.line.0.len() == 1 {
             return with(apex + (a + b + c) / 4.0, measure / 6.0);
         }
