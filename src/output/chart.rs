@@ -59,24 +59,14 @@ pub(crate) struct Axis {
     pub(crate) range: Option<(f64, f64)>,
 }
 
-/// The way a reference line runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Direction {
-    /// At one value of y.
-    Horizontal,
-    /// At one value of x.
-    Vertical,
-}
-
 /// A dashed line across the plot at a value to compare with.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ReferenceLine {
     /// Its name in the legend; an empty one has no entry there.
     pub(crate) name: String,
-    /// Where it runs, in the unit of the axis it crosses.
+    /// The axis it crosses, 0 to the right and 1 upwards, and where.
+    pub(crate) axis: usize,
     pub(crate) value: f64,
-    /// The way it runs.
-    pub(crate) direction: Direction,
 }
 
 /// A grey band across the plot: a reference and its uncertainty.
@@ -88,16 +78,6 @@ pub(crate) struct Band {
     pub(crate) lower: f64,
     /// Upper end, in the unit of y.
     pub(crate) upper: f64,
-}
-
-/// How the two axes relate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) enum Aspect {
-    /// Each fills its side of the plot.
-    #[default]
-    Free,
-    /// A unit is equally long on both: for shapes. Needs linear axes.
-    Equal,
 }
 
 /// A chart: what is shown, not yet drawn.
@@ -115,8 +95,8 @@ pub struct Chart {
     pub(crate) references: Vec<ReferenceLine>,
     /// Grey bands behind everything else.
     pub(crate) bands: Vec<Band>,
-    /// How the axes relate.
-    pub(crate) aspect: Aspect,
+    /// Whether a unit is equally long on both axes: for shapes. Needs linear ones.
+    pub(crate) equal_aspect: bool,
     /// Names stand beside their curves.
     pub(crate) beside: bool,
     /// Width and height in pixels, at least 320 by 240. The legend adds to the height; a flat shape drawn to scale takes less.
@@ -132,7 +112,7 @@ impl Default for Chart {
             series: Vec::new(),
             references: Vec::new(),
             bands: Vec::new(),
-            aspect: Aspect::Free,
+            equal_aspect: false,
             beside: false,
             size: (680, 440),
         }
@@ -222,14 +202,14 @@ impl Chart {
     /// Adds a dashed line at one value of y.
     #[must_use]
     pub fn horizontal(mut self, name: impl Into<String>, value: f64) -> Self {
-        self.references.push(ReferenceLine { name: name.into(), value, direction: Direction::Horizontal });
+        self.references.push(ReferenceLine { name: name.into(), axis: 1, value });
         self
     }
 
     /// Adds a dashed line at one value of x.
     #[must_use]
     pub fn vertical(mut self, name: impl Into<String>, value: f64) -> Self {
-        self.references.push(ReferenceLine { name: name.into(), value, direction: Direction::Vertical });
+        self.references.push(ReferenceLine { name: name.into(), axis: 0, value });
         self
     }
 
@@ -243,7 +223,7 @@ impl Chart {
     /// Draws a unit equally long on both axes, as a picture of a shape needs it.
     #[must_use]
     pub fn equal_aspect(mut self) -> Self {
-        self.aspect = Aspect::Equal;
+        self.equal_aspect = true;
         self
     }
 

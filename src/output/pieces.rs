@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::vtk::{VtkField, VtkGrid, VtkValues};
+use super::vtk::{VtkField, VtkGrid, VtkValues, open_array};
 use super::{check_ending, escaped, write_file};
 use crate::each::Each;
 use crate::error::OutputError;
@@ -71,11 +71,7 @@ impl VtkGrid {
         for (element, fields) in [("PPointData", &self.point_data), ("PCellData", &self.cell_data)] {
             let _ = writeln!(xml, "<{element}>");
             for field in fields {
-                let (kind, components) = field.values.kind();
-                let _ = write!(xml, "<PDataArray type=\"{kind}\" Name=\"{}\"", escaped(&field.name));
-                if components > 1 {
-                    let _ = write!(xml, " NumberOfComponents=\"{components}\"");
-                }
+                open_array(&mut xml, "PDataArray", &field.name, field.values.kind());
                 xml.push_str("/>\n");
             }
             let _ = writeln!(xml, "</{element}>");

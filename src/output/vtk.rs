@@ -3,10 +3,10 @@
 //! Arrays are written inline as base64 of little-endian binary behind a 64-bit byte count, so that
 //! every number arrives with all its bits and a file needs no companion.
 
-use super::{escaped, write_file};
+use super::{base64, escaped, write_file};
 use crate::each::{Each, EachOf, array_of};
 use crate::error::OutputError;
-use crate::geometry::Mat3;
+use crate::geometry::{Mat3, padded};
 use nalgebra::SVector;
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -138,7 +138,7 @@ impl VtkField {
 
     /// A vector field from D ≤ 3 components; the missing ones are zero.
     pub fn vectors<const D: usize>(name: impl Into<String>, values: &[SVector<f64, D>]) -> Self {
-        Self { name: name.into(), values: VtkValues::Vectors(values.mapped(padded)) }
+        Self { name: name.into(), values: VtkValues::Vectors(threes(values)) }
     }
 
     /// A tensor field: deformation gradients, stresses.
@@ -149,10 +149,10 @@ impl VtkField {
     }
 }
 
-/// A vector of D ≤ 3 components padded with zeros.
-fn padded<const D: usize>(vector: &SVector<f64, D>) -> [f64; 3] {
+/// Vectors of D ≤ 3 components padded with zeros.
+fn threes<const D: usize>(vectors: &[SVector<f64, D>]) -> Vec<[f64; 3]> {
     const { assert!(D <= 3, "VTK's points have three components") };
-    array_of(|k| if k < D { vector[k] } else { 0.0 })
+    vectors.mapped(|vector| padded(vector).into())
 }
 
 /// Points, cells between them and fields on both.
@@ -182,7 +182,7 @@ impl VtkGrid {
     /// A grid from points of D ≤ 3 coordinates and cells, without fields yet.
     #[must_use]
     pub fn new<const D: usize>(points: &[SVector<f64, D>], cells: Vec<VtkCell>) -> Self {
-        Self { points: points.mapped(padded), cells, ..Self::default() }
+        Self { points: threes(points), cells, ..Self::default() }
     }
 
     /// The grid as the text of a `.vtu` file.
@@ -337,17 +337,21 @@ impl PvdCollection {
 
 /// Appends one inline binary array: base64 of (byte count, bytes) as a single stream.
 fn array(xml: &mut String, name: &str, kind: &str, components: usize, bytes: &[u8]) {
-    let name = escaped(name);
-    let _ = write!(xml, "<DataArray type=\"{kind}\" Name=\"{name}\"");
+    open_array(xml, "DataArray", name, (kind, components));
+    xml.push_str(" format=\"binary\">");
+    let mut stream = (bytes.len() as u64).to_le_bytes().to_vec();
+    stream.extend_from_slice(bytes);
+    xml.push_str(&base64(&stream));
+    xml.push_str("</DataArray>\n");
+}
+
+/// Appends the beginning of the element of an array.
+pub(super) fn open_array(xml: &mut String, element: &str, name: &str, (kind, components): (&str, usize)) {
+    let _ = write!(xml, "<{element} type=\"{kind}\" Name=\"{}\"", escaped(name));
     // One is the default; some readers turn an explicit one into a second dimension.
     if components > 1 {
         let _ = write!(xml, " NumberOfComponents=\"{components}\"");
     }
-    xml.push_str(" format=\"binary\">");
-    let mut stream = (bytes.len() as u64).to_le_bytes().to_vec();
-    stream.extend_from_slice(bytes);
-    base64(&stream, xml);
-    xml.push_str("</DataArray>\n");
 }
 
 fn floats(values: &[f64]) -> Vec<u8> {
@@ -356,22 +360,4 @@ fn floats(values: &[f64]) -> Vec<u8> {
 
 fn integers(values: &[i64]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
-}
-
-/// Appends the bytes in base64 (RFC 4648, padded).
-fn base64(bytes: &[u8], out: &mut String) {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    out.reserve(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let byte = |k: usize| u32::from(chunk.get(k).copied().unwrap_or(0));
-        let word = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for digit in 0..4 {
-            // n bytes fill n + 1 digits; the rest is padding.
-            out.push(if digit <= chunk.len() {
-                char::from(DIGITS[(word >> (18 - 6 * digit)) as usize & 63])
-            } else {
-                '='
-            });
-        }
-    }
 }

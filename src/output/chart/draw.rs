@@ -11,7 +11,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::labels::{Curve, place};
 use super::ranges::{Ranges, clip, ranges};
-use super::{Aspect, Chart, Colour, Direction, Marker, Scale, Series, Stroke};
+use super::{Chart, Colour, Marker, Scale, Series, Stroke};
 use crate::each::{Each, EachOf};
 use crate::error::OutputError;
 use crate::output::{short, write_file};
@@ -82,8 +82,7 @@ impl Chart {
 
 fn svg(chart: &Chart) -> Result<String, OutputError> {
     let scales = [chart.x.scale, chart.y.scale];
-    let equal = chart.aspect == Aspect::Equal;
-    if equal && scales != [Scale::Linear; 2] {
+    if chart.equal_aspect && scales != [Scale::Linear; 2] {
         return Err(chart.error("equal aspect needs two linear axes"));
     }
     if chart.size.0.max(chart.size.1) > LARGEST {
@@ -92,7 +91,7 @@ fn svg(chart: &Chart) -> Result<String, OutputError> {
     let mut ranges = ranges(chart)?;
     let [width, mut height] = [chart.size.0.max(320), chart.size.1.max(240)].each(|side| side as i32);
     let title = if chart.title.is_empty() { 0 } else { TITLE };
-    if equal {
+    if chart.equal_aspect {
         let room = room(width, height, title);
         // One scale for both axes: a flat shape takes less height, a slender one stands in the middle.
         let spans = ranges.each(|(low, high)| high - low);
@@ -331,9 +330,9 @@ fn resolve<'a>(chart: &'a Chart, ranges: &Ranges) -> Vec<Drawn<'a>> {
     };
     for reference in &chart.references {
         let [x, y] = *ranges;
-        let ends = match reference.direction {
-            Direction::Horizontal => [x.0, x.1].each(|x| (x, chart.y.scale.forward(reference.value))),
-            Direction::Vertical => [y.0, y.1].each(|y| (chart.x.scale.forward(reference.value), y)),
+        let ends = match reference.axis {
+            0 => [y.0, y.1].each(|y| (chart.x.scale.forward(reference.value), y)),
+            _ => [x.0, x.1].each(|x| (x, chart.y.scale.forward(reference.value))),
         };
         let run = clip(ranges, ends[0], ends[1]).map_or(Vec::new(), Vec::from);
         drawn.push(line(reference.name.as_str(), BLACK, 2, dash(), run));

@@ -3,7 +3,7 @@
 use crate::each::array_of;
 use crate::error::OutputError;
 
-use super::{Aspect, Axis, Chart, Direction, Scale};
+use super::{Axis, Chart, Scale};
 
 /// Room of the plot in even coordinates, lower and upper end of both axes.
 pub(super) type Ranges = [(f64, f64); 2];
@@ -37,13 +37,12 @@ pub(super) fn ranges(chart: &Chart) -> Result<Ranges, OutputError> {
         found = all;
     }
     for reference in &chart.references {
-        let axis = usize::from(reference.direction == Direction::Horizontal);
-        let t = scales[axis].forward(reference.value);
+        let t = scales[reference.axis].forward(reference.value);
         ensure!(
             t.is_finite(),
             chart.error(format!("reference {:?} at {:e} cannot be shown on its axis", reference.name, reference.value))
         );
-        found[axis].include(t);
+        found[reference.axis].include(t);
     }
     for band in &chart.bands {
         let upper = scales[1].forward(band.upper);
@@ -59,7 +58,7 @@ pub(super) fn ranges(chart: &Chart) -> Result<Ranges, OutputError> {
             found[1].include(lower);
         }
     }
-    Ok(array_of(|axis| fixed[axis].unwrap_or_else(|| found[axis].padded(scales[axis], chart.aspect))))
+    Ok(array_of(|axis| fixed[axis].unwrap_or_else(|| found[axis].padded(scales[axis], !chart.equal_aspect))))
 }
 
 /// A range set by the user, in the even coordinate.
@@ -88,8 +87,8 @@ impl Extent {
         self.0 = Some((low.min(t), high.max(t)));
     }
 
-    /// The range with some air; an end at zero stays there, as curves from the origin ask for it.
-    fn padded(self, scale: Scale, aspect: Aspect) -> (f64, f64) {
+    /// The range with some air; an end at zero may stay there, as curves from the origin ask for it.
+    fn padded(self, scale: Scale, keeps_origin: bool) -> (f64, f64) {
         let (low, high) = self.0.unwrap_or((0.0, 1.0));
         let (span, largest) = (high - low, low.abs().max(high.abs()));
         let flat = match scale {
@@ -105,7 +104,7 @@ impl Extent {
             return (low - half, high + half);
         }
         let air = 0.05 * span;
-        let origin = |end: f64| end == 0.0 && scale == Scale::Linear && aspect == Aspect::Free;
+        let origin = |end: f64| end == 0.0 && scale == Scale::Linear && keeps_origin;
         (if origin(low) { low } else { low - air }, if origin(high) { high } else { high + air })
     }
 }

@@ -12,10 +12,10 @@ use nalgebra::SVector;
 
 pub use page::Page;
 
-use super::{escaped, short, write_file};
+use super::{base64, escaped, short, write_file};
 use crate::each::{Each, EachOf};
 use crate::error::OutputError;
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, all_padded};
 use colour::{BANDS, colour};
 use raster::{Canvas, Lines};
 
@@ -65,7 +65,7 @@ pub struct Picture {
 impl Picture {
     /// Faces by their corners around; points in the plane have two coordinates.
     pub fn new<const D: usize>(points: &[SVector<f64, D>], faces: Vec<Vec<usize>>) -> Self {
-        Picture::of(points.mapped(padded), D < 3, faces)
+        Picture::of(all_padded(points), D < 3, faces)
     }
 
     /// The same of points with three coordinates, which may lie in the plane.
@@ -345,11 +345,6 @@ impl Picture {
     }
 }
 
-/// A point of three coordinates.
-fn padded<const D: usize>(x: &SVector<f64, D>) -> Vec3 {
-    Vec3::from_fn(|i, _| if i < D { x[i] } else { 0.0 })
-}
-
 /// The range of all pictures that were given one.
 fn given_range<'a>(panels: impl Iterator<Item = &'a Picture>) -> Option<(f64, f64)> {
     panels.filter_map(|panel| panel.range).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
@@ -368,32 +363,5 @@ fn value_range(panels: &[&Picture]) -> (f64, f64) {
         true => (least, most),
         false if least.is_finite() => (least, least),
         false => (0.0, 0.0),
-    }
-}
-
-/// Bytes as text of 64 letters (RFC 4648).
-fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for three in bytes.chunks(3) {
-        let word = (0..3).fold(0u32, |word, k| word << 8 | u32::from(three.get(k).copied().unwrap_or(0)));
-        for k in 0..4 {
-            let letter = LETTERS[(word >> (18 - 6 * k)) as usize & 63] as char;
-            text.push(if k <= three.len() { letter } else { '=' });
-        }
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::base64;
-
-    #[test]
-    fn bytes_become_the_letters_of_the_standard() {
-        let pairs = [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")];
-        for (bytes, text) in pairs {
-            assert_eq!(base64(bytes.as_bytes()), text);
-        }
     }
 }

@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::colour::{BANDS, colour};
-use super::{LEVEL, Picture, base64, first_coloured, given_range};
+use super::{LEVEL, Picture, first_coloured, given_range};
 use crate::each::{EachOf, list_of};
 use crate::error::OutputError;
-use crate::output::{escaped, is_forbidden, short, write_file};
+use crate::output::{base64, escaped, is_forbidden, short, write_file};
 
 /// A web page of its own, without anything from elsewhere: a body that is turned with the mouse and moves through the frames of
 /// a path by a slider.
