@@ -57,6 +57,13 @@ pub fn gauss_legendre(n: usize) -> Result<(Vec<f64>, Vec<f64>), GeometryError> {
     Ok((abscissae, weights))
 }
 
+/// A rule on each of several equal pieces of $[0, 1]$.
+pub(crate) fn in_pieces((abscissae, weights): &(Vec<f64>, Vec<f64>), pieces: usize) -> (Vec<f64>, Vec<f64>) {
+    let count = pieces as f64;
+    let each = |piece| abscissae.iter().map(move |x| (piece as f64 + x) / count);
+    ((0..pieces).flat_map(each).collect(), (0..pieces).flat_map(|_| weights.iter().map(|w| w / count)).collect())
+}
+
 /// Points beyond which a set is refused: 2.4 GB of positions in three dimensions, so that a mistyped number is an
 /// error and not a crash.
 const POINT_LIMIT: usize = 100_000_000;
@@ -144,6 +151,21 @@ impl<const D: usize> Points<D> {
             kept.normals = numbers.mapped(|&k| self.normals[k]);
         }
         (kept, numbers)
+    }
+
+    /// The middle of the points of a group.
+    pub(crate) fn middle(&self, group: usize) -> Point<D> {
+        let points = &self.positions[self.groups[group]..self.groups[group + 1]];
+        points.iter().sum::<Point<D>>() / points.len().max(1) as f64
+    }
+
+    /// The points of the groups whose number and middle a predicate holds for, and their numbers.
+    pub(crate) fn in_groups(self, holds: &dyn Fn(usize, &Point<D>) -> bool) -> (Self, Vec<usize>) {
+        let mut kept = vec![false; self.positions.len()];
+        for group in 0..self.groups.len().saturating_sub(1) {
+            kept[self.groups[group]..self.groups[group + 1]].fill(holds(group, &self.middle(group)));
+        }
+        self.chosen(&|k, _| kept[k])
     }
 
     /// Adds a point.

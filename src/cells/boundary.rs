@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::collections::HashSet;
 
+use crate::each::Each;
 use crate::error::GeometryError;
 use crate::geometry::Point;
 use crate::geometry::all_padded;
@@ -82,12 +83,8 @@ impl<const D: usize> BoundaryCells<D> {
 
     /// The mean of the points of each facet.
     pub(crate) fn middles(&self) -> Vec<Point<D>> {
-        let groups = self.points.groups.windows(2).filter(|group| group[0] < group[1]);
-        let middle = |group: &[usize]| {
-            let points = &self.points.positions[group[0]..group[1]];
-            points.iter().sum::<Point<D>>() / points.len() as f64
-        };
-        groups.map(middle).collect()
+        let groups = self.points.groups.windows(2).enumerate().filter(|(_, group)| group[0] < group[1]);
+        groups.map(|(group, _)| self.points.middle(group)).collect()
     }
 
     /// The facets whose middle a predicate holds for.
@@ -97,20 +94,8 @@ impl<const D: usize> BoundaryCells<D> {
 
     /// The facets whose number and middle a predicate holds for.
     pub(crate) fn facets(&self, holds: &dyn Fn(usize, &Point<D>) -> bool) -> Self {
-        let mut kept = BoundaryCells::empty();
-        for (number, group) in self.points.groups.windows(2).enumerate() {
-            let range = group[0]..group[1];
-            let middle = self.points.positions[range.clone()].iter().sum::<Point<D>>() / range.len().max(1) as f64;
-            if range.is_empty() || !holds(number, &middle) {
-                continue;
-            }
-            kept.points.positions.extend_from_slice(&self.points.positions[range.clone()]);
-            kept.points.weights.extend_from_slice(&self.points.weights[range.clone()]);
-            kept.points.normals.extend(self.points.normals.get(range.clone()).unwrap_or_default());
-            kept.traces.extend_from_slice(&self.traces[range]);
-            kept.points.close_group();
-        }
-        kept
+        let (points, numbers) = self.points.clone().in_groups(holds);
+        BoundaryCells { points, traces: numbers.mapped(|&k| self.traces[k].clone()) }
     }
 
     /// Refuses arrays that do not fit together, numbers that are not finite, and trace functions of particles beyond `particles`.

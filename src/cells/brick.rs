@@ -19,21 +19,46 @@ pub(crate) fn ravel<const D: usize>(index: &[usize; D], counts: &[usize; D]) -> 
     (0..D).rev().fold(0, |linear, i| linear * counts[i] + index[i])
 }
 
-/// Position and derivative columns $\partial X/\partial\xi_i$ of the multilinear map of $2^D$ corners.
-pub(crate) fn multilinear<const D: usize>(corners: &[Point<D>; 8], at: &Point<D>) -> (Point<D>, [Point<D>; D]) {
+/// Value and slopes at a point of the unit cube of the polynomial that is 1 at node `k`, counted along axis 0 first, and 0 at the others:
+/// of order 1 with $2^D$ nodes, of order 2 with $3^D$.
+pub(crate) fn lagrange<const D: usize>(order: usize, k: usize, at: &Point<D>) -> (f64, Point<D>) {
+    let place = unravel(k, &[order + 1; D]);
+    let factors: [(f64, f64); D] = array_of(|i| {
+        let t = at[i];
+        match (order, place[i]) {
+            (1, 0) => (1.0 - t, -1.0),
+            (1, _) => (t, 1.0),
+            (_, 0) => ((1.0 - t) * (1.0 - 2.0 * t), 4.0 * t - 3.0),
+            (_, 1) => (4.0 * t * (1.0 - t), 4.0 - 8.0 * t),
+            _ => (t * (2.0 * t - 1.0), 4.0 * t - 1.0),
+        }
+    });
+    let value = factors.iter().map(|factor| factor.0).product();
+    let slope = |j: usize| (0..D).map(|i| if i == j { factors[i].1 } else { factors[i].0 }).product();
+    (value, point_of(slope))
+}
+
+/// Position and derivative columns $\partial X/\partial\xi_i$ of the map by [`lagrange`]'s polynomials of its nodes.
+pub(crate) fn interpolated<const D: usize>(
+    order: usize,
+    nodes: impl Iterator<Item = Point<D>>,
+    at: &Point<D>,
+) -> (Point<D>, [Point<D>; D]) {
     let mut position = Point::zeros();
     let mut columns = [Point::zeros(); D];
-    for (corner, x) in corners.iter().enumerate().take(1 << D) {
-        let factor = |i: usize| if (corner >> i) & 1 == 1 { at[i] } else { 1.0 - at[i] };
-        let weight: f64 = (0..D).map(factor).product();
-        position += x * weight;
-        for (k, column) in columns.iter_mut().enumerate() {
-            let sign = if (corner >> k) & 1 == 1 { 1.0 } else { -1.0 };
-            let slope: f64 = (0..D).filter(|&i| i != k).map(factor).product();
-            *column += x * (sign * slope);
+    for (k, x) in nodes.enumerate() {
+        let (value, slopes) = lagrange(order, k, at);
+        position += x * value;
+        for (column, slope) in columns.iter_mut().zip(slopes.iter()) {
+            *column += x * *slope;
         }
     }
     (position, columns)
+}
+
+/// The same of the multilinear map of $2^D$ corners.
+pub(crate) fn multilinear<const D: usize>(corners: &[Point<D>; 8], at: &Point<D>) -> (Point<D>, [Point<D>; D]) {
+    interpolated(1, corners.iter().copied().take(1 << D), at)
 }
 
 /// A cell: a multilinear image of the unit cube, or one by parabolas. Corners and nodes run along axis 0 fastest, unused ones
@@ -48,10 +73,8 @@ pub(crate) enum Shape<const D: usize> {
 impl<const D: usize> Shape<D> {
     /// Position and derivative columns $\partial X/\partial\xi_i$ at local coordinates between 0 and 1.
     pub(crate) fn map(&self, at: &Point<D>) -> (Point<D>, [Point<D>; D]) {
-        match self {
-            Shape::Straight(corners) => multilinear(corners, at),
-            Shape::Curved(nodes) => multiquadratic(nodes, at),
-        }
+        let order = if matches!(self, Shape::Straight(_)) { 1 } else { 2 };
+        interpolated(order, self.nodes().iter().copied(), at)
     }
 
     /// Whether its opposite sides are parallel, to rounding.
@@ -72,24 +95,6 @@ impl<const D: usize> Shape<D> {
             Shape::Curved(nodes) => &nodes[..3usize.pow(D as u32)],
         }
     }
-}
-
-/// Position and derivative columns of the map by tensor products of parabolas through $3^D$ nodes, axis 0 running fastest.
-fn multiquadratic<const D: usize>(nodes: &[Point<D>; 27], at: &Point<D>) -> (Point<D>, [Point<D>; D]) {
-    let parabolas = |t: f64| [(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)];
-    let slopes = |t: f64| [4.0 * t - 3.0, 4.0 - 8.0 * t, 4.0 * t - 1.0];
-    let (values, derivatives): ([_; D], [_; D]) = (array_of(|i| parabolas(at[i])), array_of(|i| slopes(at[i])));
-    let mut position = Point::zeros();
-    let mut columns = [Point::zeros(); D];
-    for (node, x) in nodes.iter().enumerate().take(3usize.pow(D as u32)) {
-        let place = unravel(node, &[3; D]);
-        position += x * (0..D).map(|i| values[i][place[i]]).product::<f64>();
-        for (k, column) in columns.iter_mut().enumerate() {
-            let factor = |i: usize| if i == k { derivatives[i][place[i]] } else { values[i][place[i]] };
-            *column += x * (0..D).map(factor).product::<f64>();
-        }
-    }
-    (position, columns)
 }
 
 /// The determinant of `D` column vectors, `D` ≤ 3.

@@ -30,7 +30,7 @@ mod zones;
 pub use crate::neighbours::Connections;
 pub(crate) use boundary::CORNER;
 pub use boundary::{BoundaryCells, TraceChoice};
-pub(crate) use brick::{area_vector, determinant, ravel, unravel};
+pub(crate) use brick::{area_vector, determinant, interpolated, lagrange, ravel, unravel};
 pub use cut::CutLattice;
 pub use lattice::Lattice;
 pub use layout::Layout;

@@ -418,7 +418,7 @@ pub(super) fn on_facets(gauss: usize, curved: bool) -> usize {
 }
 
 /// Unit-cube coordinates and weight of one Gauss point on the facet normal to `axis`.
-fn facet_point<const D: usize>(
+pub(super) fn facet_point<const D: usize>(
     axis: usize,
     end: f64,
     mut point: usize,
@@ -436,7 +436,7 @@ fn facet_point<const D: usize>(
 }
 
 /// Interior points on an interval, a quadrilateral or a brick.
-fn interior_rule<const D: usize>(
+pub(super) fn interior_rule<const D: usize>(
     shape: &Shape<D>,
     (abscissae, weights): &(Vec<f64>, Vec<f64>),
 ) -> Vec<(Point<D>, f64)> {

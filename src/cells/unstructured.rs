@@ -10,15 +10,16 @@ use crate::error::{ApproximationError, Error, GeometryError, MeshError};
 use crate::geometry::{Part, Point, padded};
 use crate::mesh::Mesh;
 use crate::particles::{Particles, Support, check_dilation};
-use crate::quadrature::{Points, check_halves, check_point_count, gauss_legendre};
+use crate::quadrature::{Points, check_halves, check_point_count, gauss_legendre, in_pieces};
 use crate::rows::Rows;
 
-use super::brick::{area_vector, multilinear};
+use super::brick::{Shape, area_vector, multilinear};
 use super::inertia::Inertia;
 use super::locator::Locator;
+use super::smoothing::interior_rule;
 use super::zones::stars;
 use super::{BoundaryCells, Cells, EDGE, Smoothing, Zones};
-use bricks::{interior, opposite, side_points};
+use bricks::{opposite, side_points};
 use faces::Faces;
 
 /// Particles at the nodes of a mesh, its cells between them: tetrahedra, hexahedra and prisms in space, triangles and
@@ -57,7 +58,7 @@ impl<const D: usize> Unstructured<D> {
     fn by_moments(&self, cell: usize, rule: &(Vec<f64>, Vec<f64>)) -> Vec<(Point<D>, f64)> {
         let (mut inertia, mut points) = (Inertia::default(), Vec::with_capacity(4));
         for corner in 0..self.mesh.cell(cell).1.len() {
-            for (at, weight) in interior(&self.brick(cell, corner), rule) {
+            for (at, weight) in interior_rule(&Shape::Straight(self.brick(cell, corner)), rule) {
                 inertia.add_point(&padded(&at), weight);
             }
         }
@@ -147,12 +148,7 @@ impl<const D: usize> Unstructured<D> {
             check_halves(parts, HALVES)?;
         }
         check_point_count(self.faces.facet_count(), pieces.saturating_mul(gauss).saturating_pow(D as u32 - 1))?;
-        let (points, weights) = gauss_legendre(gauss)?;
-        let mut rule = (Vec::with_capacity(pieces * gauss), Vec::with_capacity(pieces * gauss));
-        for piece in 0..pieces {
-            rule.0.extend(points.iter().map(|x| (piece as f64 + x) / pieces as f64));
-            rule.1.extend(weights.iter().map(|w| w / pieces as f64));
-        }
+        let rule = in_pieces(&gauss_legendre(gauss)?, pieces);
         Ok(self.faces.pieces_of(part)?.mapped(|piece| self.facets(piece, &rule, bends)))
     }
 }
@@ -234,8 +230,7 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
         check_point_count(self.cell_count().saturating_mul(8), each.pow(D as u32))?;
         zones.points(self.cell_count(), |cell, points| {
             for corner in 0..self.mesh.cell(cell).1.len() {
-                let brick = self.brick(cell, corner);
-                interior(&brick, &rule).into_iter().for_each(|(position, weight)| points.push(position, weight));
+                interior_rule(&Shape::Straight(self.brick(cell, corner)), &rule).into_iter().for_each(|(position, weight)| points.push(position, weight));
             }
         })
     }
@@ -301,7 +296,7 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
                         }
                     }
                     // Hoops are averaged inside; in space there are none, and whole cells take the points of their moments.
-                    let points = if D == 3 { Vec::new() } else { interior(&brick, &two) };
+                    let points = if D == 3 { Vec::new() } else { interior_rule(&Shape::Straight(brick), &two) };
                     if parts == 2 {
                         smoothing.cells.push(own);
                         smoothing.centres.push(multilinear(&brick, &Point::repeat(0.5)).0);

@@ -1,12 +1,11 @@
 //! Lagrange finite elements on lattices: the second implementer of [`Approximation`], to compare with.
 
 use crate::cells::BoundaryCells;
-use crate::cells::{Lattice, Locator, Zones, area_vector, determinant, ravel, unravel};
+use crate::cells::{Lattice, Locator, Zones, area_vector, determinant, interpolated, lagrange, ravel, unravel};
 use crate::each::{Each, EachOf, array_of, point_of};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Bounds, Part, Point, Side};
-use crate::quadrature::shared;
-use crate::quadrature::{Points, check_point_count, gauss_legendre};
+use crate::quadrature::{Points, check_point_count, gauss_legendre, in_pieces, shared};
 
 use super::{Approximation, Scratch, ShapeFunctions};
 
@@ -49,24 +48,14 @@ pub(crate) struct ElementPoints<const D: usize> {
 impl<const D: usize> ElementPoints<D> {
     /// The points where a predicate of their position holds.
     pub(crate) fn retained(self, holds: impl Fn(&Point<D>) -> bool) -> Self {
-        self.chosen(&|k: usize, points: &Points<D>| holds(&points.positions[k]))
+        let ElementPoints { points, elements, local } = self;
+        ElementPoints::of(points.chosen(&|k: usize, points: &Points<D>| holds(&points.positions[k])), &elements, &local)
     }
 
-    /// The groups whose middle a predicate holds for.
-    fn faces_within(self, holds: &dyn Fn(&Point<D>) -> bool) -> Self {
-        let mut kept = vec![false; self.points.positions.len()];
-        for group in self.points.groups.windows(2) {
-            let range = group[0]..group[1];
-            let middle = self.points.positions[range.clone()].iter().sum::<Point<D>>() / range.len().max(1) as f64;
-            kept[range].fill(holds(&middle));
-        }
-        self.chosen(&|k: usize, _: &Points<D>| kept[k])
-    }
-
-    fn chosen(self, choice: &dyn Fn(usize, &Points<D>) -> bool) -> Self {
-        let (points, numbers) = self.points.chosen(choice);
-        let elements = numbers.mapped(|&k| self.elements[k]);
-        let local = numbers.mapped(|&k| self.local[k]);
+    /// Points with their numbers among those of elements and local coordinates.
+    fn of((points, numbers): (Points<D>, Vec<usize>), elements: &[usize], local: &[Point<D>]) -> Self {
+        let elements = numbers.mapped(|&k| elements[k]);
+        let local = numbers.mapped(|&k| local[k]);
         ElementPoints { points, elements, local }
     }
 
@@ -145,26 +134,22 @@ impl<const D: usize> FiniteElements<D> {
     pub(crate) fn gauss_in(&self, n: usize, zones: &Zones) -> Result<ElementPoints<D>, GeometryError> {
         let (abscissae, weights) = gauss_legendre(n)?;
         check_point_count(self.element_count(), n.pow(D as u32))?;
-        zones.validate(self.element_count())?;
-        let mut out = ElementPoints { points: Points::empty(), elements: Vec::new(), local: Vec::new() };
-        let shape = [n; D];
-        let mut ends = zones.offsets[1..].iter().peekable();
-        for (place, element) in zones.cells.iter().map(|&element| element as usize).enumerate() {
+        let (mut elements, mut all, mut inverted) = (Vec::new(), Vec::new(), None);
+        let points = zones.points(self.element_count(), |element, points| {
             for point in 0..n.pow(D as u32) {
-                let index = unravel(point, &shape);
+                let index = unravel(point, &[n; D]);
                 let local = point_of::<D>(|i| abscissae[index[i]]);
                 let (position, columns) = self.map(element, &local);
                 let measure = determinant(&columns);
-                ensure!(measure > 0.0 && measure.is_finite(), GeometryError::InvertedCell { cell: element, measure });
-                out.points.push(position, measure * index.iter().map(|&i| weights[i]).product::<f64>());
-                out.elements.push(element);
-                out.local.push(local);
+                if !(measure > 0.0 && measure.is_finite()) {
+                    inverted.get_or_insert(GeometryError::InvertedCell { cell: element, measure });
+                }
+                points.push(position, measure * index.iter().map(|&i| weights[i]).product::<f64>());
+                elements.push(element);
+                all.push(local);
             }
-            while ends.next_if(|&&end| end <= place + 1).is_some() {
-                out.points.close_group();
-            }
-        }
-        Ok(out)
+        })?;
+        inverted.map_or(Ok(ElementPoints { points, elements, local: all }), Err)
     }
 
     /// Gauss points on the element faces of a boundary part, one group per face, outward normals.
@@ -186,23 +171,15 @@ impl<const D: usize> FiniteElements<D> {
         n: usize,
         holds: &dyn Fn(&Point<D>) -> bool,
     ) -> Result<(BoundaryCells<D>, ElementPoints<D>), GeometryError> {
-        let (points, weights) = gauss_legendre(n)?;
-        let order = self.order as f64;
-        let mut rule = (Vec::new(), Vec::new());
-        for piece in 0..self.order {
-            for (x, w) in points.iter().zip(&weights) {
-                rule.0.push((piece as f64 + x) / order);
-                rule.1.push(w / order);
-            }
-        }
         // A group for each piece: what touches is made of faces with linear trace functions.
-        let found = self.faces_by(part, &rule, self.order)?.faces_within(holds);
+        let all = self.faces_by(part, &in_pieces(&gauss_legendre(n)?, self.order), self.order)?;
+        let found = ElementPoints::of(all.points.in_groups(&|_, middle| holds(middle)), &all.elements, &all.local);
         let traces = found.elements.paired(&found.local, |&element, local| {
             let mut traces = Vec::new();
             for (k, node) in self.element_nodes(element).enumerate() {
                 let (place, mut value) = (unravel(k, &[self.order + 1; D]), 1.0);
                 for i in 0..D {
-                    value *= (1.0 - (local[i] * order - place[i] as f64).abs()).max(0.0);
+                    value *= (1.0 - (local[i] * self.order as f64 - place[i] as f64).abs()).max(0.0);
                 }
                 if value > 0.0 {
                     traces.push((node as u32, value));
@@ -270,39 +247,10 @@ impl<const D: usize> FiniteElements<D> {
 
     /// Position and derivative columns of the isoparametric map.
     fn map(&self, element: usize, local: &Point<D>) -> (Point<D>, [Point<D>; D]) {
-        let mut position = Point::zeros();
-        let mut columns = [Point::zeros(); D];
-        for (k, node) in self.element_nodes(element).enumerate() {
-            let (value, slopes) = self.lagrange(k, local);
-            let x = self.lattice.positions()[node];
-            position += x * value;
-            for (column, slope) in columns.iter_mut().zip(slopes.iter()) {
-                *column += x * *slope;
-            }
-        }
-        (position, columns)
+        interpolated(self.order, self.element_nodes(element).map(|node| self.lattice.positions()[node]), local)
     }
 
-    /// Value and local gradient of an element's `k`-th function.
-    fn lagrange(&self, k: usize, local: &Point<D>) -> (f64, Point<D>) {
-        let offset = unravel(k, &[self.order + 1; D]);
-        let mut factors = [(0.0, 0.0); D];
-        for i in 0..D {
-            let t = local[i];
-            factors[i] = match (self.order, offset[i]) {
-                (1, 0) => (1.0 - t, -1.0),
-                (1, _) => (t, 1.0),
-                (_, 0) => ((1.0 - t) * (1.0 - 2.0 * t), 4.0 * t - 3.0),
-                (_, 1) => (4.0 * t * (1.0 - t), 4.0 - 8.0 * t),
-                _ => (t * (2.0 * t - 1.0), 4.0 * t - 1.0),
-            };
-        }
-        let value = factors.iter().map(|f| f.0).product();
-        let slopes = point_of(|j| (0..D).map(|i| if i == j { factors[i].1 } else { factors[i].0 }).product());
-        (value, slopes)
-    }
-
-    /// The same of an element that there is.
+    /// Writes the functions of an element.
     pub(crate) fn write(&self, element: usize, local: &Point<D>, out: &mut ShapeFunctions<D>) {
         let (_, columns) = self.map(element, local);
         let jacobian = nalgebra::SMatrix::<f64, D, D>::from_columns(&columns);
@@ -312,7 +260,7 @@ impl<const D: usize> FiniteElements<D> {
         out.values.clear();
         out.gradients.clear();
         for (k, node) in self.element_nodes(element).enumerate() {
-            let (value, slopes) = self.lagrange(k, local);
+            let (value, slopes) = lagrange(self.order, k, local);
             out.nodes.push(node as u32);
             out.values.push(value);
             out.gradients.push(inverse.tr_mul(&slopes));
