@@ -1,13 +1,14 @@
 //! Spatial search: a grid of bins for particles that cover a point, a tree of boxes for all else.
 
+mod adjacent;
 mod box_tree;
 mod flood;
-mod search;
 mod sights;
 mod visibility;
 
+pub(crate) use adjacent::Adjacent;
 pub(crate) use box_tree::BoxTree;
-pub(crate) use search::{Adjacent, Search};
+pub(crate) use flood::Flood;
 pub(crate) use sights::Sights;
 pub use visibility::Connections;
 pub(crate) use visibility::{FACING, MARGIN, Visibility};

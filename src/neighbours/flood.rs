@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use crate::geometry::Bounds;
 
-use super::search::Adjacent;
+use super::adjacent::Adjacent;
 
 /// Goals of one flood: each is one bit.
 pub(crate) const GOALS: usize = u64::BITS as usize;
@@ -78,6 +78,17 @@ pub(crate) struct Flood {
 }
 
 impl Flood {
+    /// Whether one of some cells is connected to the first ones through faces that meet a box.
+    pub(crate) fn reaches<const D: usize>(
+        &mut self,
+        cells: &dyn Adjacent<D>,
+        start: &[u32],
+        goal: &[u32],
+        within: &Bounds<D>,
+    ) -> bool {
+        self.reached(cells, start, &[Goal { cells: goal, within: *within }]) != 0
+    }
+
     /// The goals, at most [`GOALS`], one of whose cells is connected to one of the first ones through faces that meet the goal's box.
     pub(crate) fn reached<const D: usize>(
         &mut self,

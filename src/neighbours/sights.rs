@@ -10,7 +10,7 @@ use crate::each::Each;
 use crate::geometry::{Bounds, Point};
 
 use super::flood::{Flood, GOALS, Goal};
-use super::search::Adjacent;
+use super::adjacent::Adjacent;
 
 /// Answers that are kept at once, for the memory that they take.
 const KEPT: usize = 1 << 20;
@@ -249,12 +249,63 @@ mod tests {
     use crate::geometry::Vec3;
     use nalgebra::Rotation3;
 
-    use super::super::search::Search;
     use super::super::visibility::MARGIN;
     use super::*;
     use crate::cells::{Cells, CutLattice};
     use crate::mesh::{CellShape, Mesh};
     use crate::solid::Solid3;
+
+    /// Buffers of a search for one goal.
+    #[derive(Default)]
+    struct Search {
+        open: Vec<(f64, u32)>,
+        /// The last search that met each cell.
+        met: Vec<u32>,
+        number: u32,
+        /// Cells looked at so far.
+        visits: usize,
+    }
+
+    impl Search {
+        /// Whether one of some cells, around a point, is connected to the first ones through faces that meet a box.
+        fn reaches<const D: usize>(
+            &mut self,
+            cells: &dyn Adjacent<D>,
+            start: &[u32],
+            (goal, to): (&[u32], &Point<D>),
+            within: &Bounds<D>,
+        ) -> bool {
+            if start.iter().any(|cell| goal.contains(cell)) {
+                return true;
+            }
+            self.met.resize(cells.count(), 0);
+            self.number += 1;
+            let Search { open, met, number, .. } = self;
+            open.clear();
+            for &cell in start {
+                met[cell as usize] = *number;
+                open.push((0.0, cell));
+            }
+            let mut found = false;
+            while let Some((_, cell)) = open.pop() {
+                self.visits += 1;
+                let first = open.len();
+                cells.beside(cell, &mut |other, face| {
+                    if met[other as usize] != *number && face.meets(within) {
+                        met[other as usize] = *number;
+                        found |= goal.contains(&other);
+                        open.push((face.distance(to), other));
+                    }
+                });
+                if found {
+                    return true;
+                }
+                // The one nearest to the goal is taken first: where nothing is in between that leads straight there.
+                open[first..].sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+            }
+            false
+        }
+    }
 
     /// A block with a slot of drawn width, depth and angle.
     fn slotted(draw: &mut impl FnMut(f64, f64) -> f64) -> Solid3 {

@@ -14,7 +14,7 @@ use crate::particles::Particles;
 use crate::tensor::small_inverse;
 
 use super::BoxTree;
-use super::search::Adjacent;
+use super::adjacent::Adjacent;
 use super::sights::{Sights, Target};
 
 /// Part of the local spacing by which the box around point and particle is widened: wider ones see around the root of a slot, and it is

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::each::{EachOf, IntoEach, array_of};
 use crate::geometry::{Bounds, Vec3};
-use crate::neighbours::{MARGIN, Search};
+use crate::neighbours::{Flood, MARGIN};
 use crate::order;
 use crate::solid::foot;
 
@@ -151,7 +151,7 @@ impl Placing<'_> {
         let mut placed = Placed::default();
         // Places with the spacings there over the finest one.
         let mut known: Vec<(Vec3, f64)> = Vec::new();
-        let (mut hash, mut search) = (Hash::default(), Search::default());
+        let (mut hash, mut flood) = (Hash::default(), Flood::default());
         let mut add = |placed: &mut Placed, at: Vec3, on: Vec<(u32, Vec3)>| {
             let mut around = Vec::new();
             let scale = self.grid.scale(&at);
@@ -159,7 +159,7 @@ impl Placing<'_> {
                 if around.is_empty() {
                     connected.at(&at, &mut around);
                 }
-                if is_connected(connected, &mut search, [&at, &placed.positions[close as usize]], &around) {
+                if is_connected(connected, &mut flood, [&at, &placed.positions[close as usize]], &around) {
                     return None;
                 }
             }
@@ -178,7 +178,7 @@ impl Placing<'_> {
         let mut inner: Vec<[i32; 3]> = Vec::new();
         let mut near: [Vec<([i32; 3], Vec3)>; 2] = [Vec::new(), Vec::new()];
         let counts = self.grid.counts.each(|count| count as i32);
-        let mut search = Search::default();
+        let mut flood = Flood::default();
         for k in (0..=counts[2]).step_by(STEP as usize) {
             for j in (0..=counts[1]).step_by(STEP as usize) {
                 for i in (0..=counts[0]).step_by(STEP as usize) {
@@ -188,7 +188,7 @@ impl Placing<'_> {
                     }
                     let mut inside = connected.sections.is_inside(self.grid.node(place));
                     let x = Vec3::from(place.each(f64::from));
-                    for at in self.nearest_by_part(connected, &mut search, &x, inside) {
+                    for at in self.nearest_by_part(connected, &mut flood, &x, inside) {
                         match at {
                             Some(at) => near[usize::from(!inside)].push((place, at)),
                             None if inside => inner.push(place),
@@ -214,7 +214,7 @@ impl Placing<'_> {
 
     /// The nearest point of the surface within half a spacing of a place, for each part of the solid around it that is connected there: the one
     /// that holds the place first, if it lies inside.
-    fn nearest_by_part(&self, connected: &Connected, search: &mut Search, x: &Vec3, inside: bool) -> Vec<Option<Vec3>> {
+    fn nearest_by_part(&self, connected: &Connected, flood: &mut Flood, x: &Vec3, inside: bool) -> Vec<Option<Vec3>> {
         // The sub-cell, the point and its distance over half the spacing there, which is the last one.
         let mut by_part: Vec<(u32, Option<Vec3>, f64, f64)> = Vec::new();
         let scale = self.grid.scale(x);
@@ -246,7 +246,7 @@ impl Placing<'_> {
             let around = AROUND * size;
             let within = Bounds { low: x.add_scalar(-around), high: x.add_scalar(around) };
             let reached = |group: &&mut (u32, Option<Vec3>, f64)| {
-                group.0 == part || search.reaches(connected, &[part], (&[group.0], x), &within)
+                group.0 == part || flood.reaches(connected, &[part], &[group.0], &within)
             };
             match groups.iter_mut().find(reached) {
                 Some(group) if distance < group.2 => (group.1, group.2) = (at, distance),
@@ -262,9 +262,9 @@ impl Placing<'_> {
 }
 
 /// Whether two points are connected through sub-cells near both; the first lies in the given ones.
-fn is_connected(connected: &Connected, search: &mut Search, [x, y]: [&Vec3; 2], around: &[u32]) -> bool {
+fn is_connected(connected: &Connected, flood: &mut Flood, [x, y]: [&Vec3; 2], around: &[u32]) -> bool {
     let margin = Vec3::repeat(MARGIN * f64::from(STEP) * connected.sections.grid.scale(x));
     let mut goal = Vec::new();
     connected.at(y, &mut goal);
-    search.reaches(connected, around, (&goal, y), &Bounds { low: x.inf(y) - margin, high: x.sup(y) + margin })
+    flood.reaches(connected, around, &goal, &Bounds { low: x.inf(y) - margin, high: x.sup(y) + margin })
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::each::{Each, EachOf, array_of};
 use crate::geometry::{Bounds, Vec3, double_area};
-use crate::neighbours::{BoxTree, FACING, MARGIN, Search};
+use crate::neighbours::{BoxTree, FACING, Flood, MARGIN};
 
 use super::connected::{Bricks, Connected, Divided, Divisions, FINER};
 use super::grid::Grid;
@@ -145,7 +145,7 @@ struct Joined {
 /// The sub-cells at the roots of slots: those around walls that face each other and that sub-cells connect near the line between them, and
 /// no farther from a slot than what is between them is wide, and the sub-cell besides.
 fn at_roots(connected: &Connected, normals: &[Vec3]) -> BTreeSet<u32> {
-    let (walls, mut search, mut surface) = (walls(connected, normals), Search::default(), Around::new(connected.split));
+    let (walls, mut flood, mut surface) = (walls(connected, normals), Flood::default(), Around::new(connected.split));
     let (mut slots, mut joined) = (Vec::new(), Vec::new());
     let sizes: BTreeSet<i32> = walls.iter().map(|wall| wall.size).collect();
     for size in sizes {
@@ -165,7 +165,7 @@ fn at_roots(connected: &Connected, normals: &[Vec3]) -> BTreeSet<u32> {
             }
             let around = AROUND * f64::from(size);
             let within = Bounds { low: line.low.add_scalar(-around), high: line.high.add_scalar(around) };
-            if search.reaches(connected, &[a.part], (&[b.part], &b.at), &within) {
+            if flood.reaches(connected, &[a.part], &[b.part], &within) {
                 let reach = (b.at - a.at).norm() + f64::from(size);
                 joined.push(Joined { middle: (a.at + b.at) * 0.5, reach, within });
             }
