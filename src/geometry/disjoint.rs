@@ -1,5 +1,7 @@
 //! Sets that are joined two by two.
 
+use crate::each::list_of;
+
 /// Numbers in disjoint sets, each of which has a leader: the least of its numbers where sets are [joined](Disjoint::join).
 pub(crate) struct Disjoint(Vec<u32>);
 
@@ -16,6 +18,19 @@ impl Disjoint {
             number = self.0[number as usize];
         }
         number as usize
+    }
+
+    /// The set of each number, counted in the order of leaders, and how many there are.
+    pub(crate) fn numbered(&mut self) -> (Vec<u32>, usize) {
+        let mut set_of = vec![0; self.0.len()];
+        let mut count = 0;
+        for number in 0..self.0.len() {
+            if self.leader(number) == number {
+                set_of[number] = count;
+                count += 1;
+            }
+        }
+        (list_of(self.0.len(), |number| set_of[self.leader(number)]), count as usize)
     }
 
     /// Joins the sets of two numbers; `false` where they are one already.

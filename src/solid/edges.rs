@@ -2,7 +2,7 @@
 
 /// One side of a facet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct HalfEdge {
+pub(crate) struct HalfEdge {
     /// The edge, see [`edge`].
     pub key: u64,
     pub facet: u32,
@@ -18,12 +18,12 @@ pub(super) fn edge(a: u32, b: u32) -> u64 {
 }
 
 /// The ends of an edge, the lower one first.
-pub(super) fn ends(key: u64) -> [u32; 2] {
+pub(crate) fn ends(key: u64) -> [u32; 2] {
     [(key >> 32) as u32, key as u32]
 }
 
 /// All sides of facets, sorted by edge, then facet.
-pub(super) fn half_edges(facets: impl ExactSizeIterator<Item = [u32; 3]>) -> Vec<HalfEdge> {
+pub(crate) fn half_edges(facets: impl ExactSizeIterator<Item = [u32; 3]>) -> Vec<HalfEdge> {
     let mut all = Vec::with_capacity(3 * facets.len());
     for (facet, corners) in facets.enumerate() {
         for opposite in 0..3 {
@@ -36,7 +36,7 @@ pub(super) fn half_edges(facets: impl ExactSizeIterator<Item = [u32; 3]>) -> Vec
 }
 
 /// Groups of half-edges of one edge.
-pub(super) fn by_edge(halves: &[HalfEdge]) -> impl Iterator<Item = &[HalfEdge]> {
+pub(crate) fn by_edge(halves: &[HalfEdge]) -> impl Iterator<Item = &[HalfEdge]> {
     halves.chunk_by(|a, b| a.key == b.key)
 }
 

@@ -14,15 +14,10 @@ impl Solid3 {
         for group in by_edge(&self.half_edges()).filter(|group| !self.is_sharp(group, angle)) {
             sets.join(group[0].facet as usize, group[1].facet as usize);
         }
-        let mut patches: Vec<(f64, Vec<u32>)> = Vec::new();
-        let mut place = vec![usize::MAX; self.facets.len()];
-        for facet in 0..self.facets.len() {
-            let root = sets.leader(facet);
-            if place[root] == usize::MAX {
-                place[root] = patches.len();
-                patches.push((0.0, Vec::new()));
-            }
-            let patch = &mut patches[place[root]];
+        let (patch_of, count) = sets.numbered();
+        let mut patches: Vec<(f64, Vec<u32>)> = vec![(0.0, Vec::new()); count];
+        for (facet, patch) in patch_of.iter().enumerate() {
+            let patch = &mut patches[*patch as usize];
             patch.0 += 0.5 * double_area(&self.corners(facet)).norm();
             patch.1.push(facet as u32);
         }

@@ -184,16 +184,5 @@ pub(super) fn parts(facets: &[[u32; 3]]) -> (Vec<u32>, usize) {
             sets.join(pair[0].facet as usize, pair[1].facet as usize);
         }
     }
-    let mut count = 0;
-    let mut number = vec![0; facets.len()];
-    for k in 0..facets.len() {
-        let root = sets.leader(k);
-        if root == k {
-            number[k] = count;
-            count += 1;
-        } else {
-            number[k] = number[root];
-        }
-    }
-    (number, count as usize)
+    sets.numbered()
 }

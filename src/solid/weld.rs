@@ -59,15 +59,13 @@ pub(super) fn weld(vertices: &[Vec3], facets: &[[u32; 3]], tolerance: f64) -> (V
     if tolerance > 0.0 {
         join_near(&unique, tolerance, &mut sets);
     }
-    let mut place = vec![u32::MAX; unique.len()];
-    let mut kept = Vec::new();
-    for k in 0..unique.len() {
-        let root = sets.leader(k);
-        if place[root] == u32::MAX {
-            place[root] = kept.len() as u32;
-            kept.push(unique[root]);
+    let (place, count) = sets.numbered();
+    let mut kept = Vec::with_capacity(count);
+    // The first of each set is the one that stays.
+    for (x, &own) in unique.iter().zip(&place) {
+        if own as usize == kept.len() {
+            kept.push(*x);
         }
-        place[k] = place[root];
     }
     let welded = facets.iter().enumerate().filter_map(|(origin, corners)| {
         let corners = corners.each(|vertex| place[number[vertex as usize] as usize]);

@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, HashMap};
 use nalgebra::SymmetricEigen;
 
 use crate::each::{Each, EachOf};
-use crate::geometry::{Mat3, Vec3, double_area};
+use crate::geometry::{Disjoint, Mat3, Vec3, double_area};
+use crate::solid::{by_edge, ends, half_edges};
 
 /// Cosine of the angle between facets beyond which the edge between them is sharp, 40°.
 const SHARP: f64 = 0.766;
@@ -44,56 +45,39 @@ impl Features {
             area / area.norm().max(f64::MIN_POSITIVE)
         };
         let normals: Vec<Vec3> = facets.mapped(normal);
-        // Sorted in one list: a list for each edge would be allocated by itself.
-        let mut edges: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * facets.len());
-        for (facet, corners) in facets.iter().enumerate() {
-            for k in 0..3 {
-                let (a, b) = (corners[k], corners[(k + 1) % 3]);
-                edges.push((a.min(b), a.max(b), facet as u32));
-            }
-        }
-        edges.sort_unstable();
-        let around = || edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
+        let edges = half_edges(facets.iter().copied());
         let mut sharp: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-        // A facet has three edges, and so three neighbours at most.
-        let mut beside = vec![[u32::MAX; 3]; facets.len()];
-        let mut join = |facet: usize, other: usize| {
-            if let Some(free) = beside[facet].iter_mut().find(|free| **free == u32::MAX) {
-                *free = other as u32;
-            }
-        };
-        for around in around() {
+        let mut smooth = Disjoint::new(facets.len());
+        for around in by_edge(&edges) {
             let is_sharp = match around {
                 [first, second] => {
-                    let [first, second] = [first, second].each(|edge| edge.2 as usize);
+                    let [first, second] = [first, second].each(|edge| edge.facet as usize);
                     let is_sharp = normals[first].dot(&normals[second]) < SHARP;
                     if !is_sharp && marks[first] == marks[second] {
-                        join(first, second);
-                        join(second, first);
+                        smooth.join(first, second);
                     }
                     is_sharp
                 }
                 _ => true,
             };
             if is_sharp {
-                let (a, b, _) = around[0];
+                let [a, b] = ends(around[0].key);
                 sharp.entry(a).or_default().push(b);
                 sharp.entry(b).or_default().push(a);
             }
         }
-        let (pieces, curved) = pieces(&normals, &beside);
+        let (pieces, count) = smooth.numbered();
         let mut lengths: BTreeMap<[u32; 2], f64> = BTreeMap::new();
-        for around in around() {
+        for around in by_edge(&edges) {
             if let [first, second] = around {
-                let (a, b, _) = *first;
-                let [first, second] = [first, second].each(|edge| pieces[edge.2 as usize]);
+                let [a, b] = ends(first.key).each(|end| points[end as usize]);
+                let [first, second] = [first, second].each(|edge| pieces[edge.facet as usize]);
                 if first != second {
-                    let length = (points[a as usize] - points[b as usize]).norm();
-                    *lengths.entry([first.min(second), first.max(second)]).or_default() += length;
+                    *lengths.entry([first.min(second), first.max(second)]).or_default() += (a - b).norm();
                 }
             }
         }
-        let needs = needs(&normals, &pieces, curved.len());
+        let (curved, needs) = spread(&normals, &pieces, count);
         sharp.values_mut().for_each(|others| others.sort_unstable());
         let turns = |at: u32, others: &[u32]| {
             let direction = |other: u32| (points[other as usize] - points[at as usize]).normalize();
@@ -105,44 +89,20 @@ impl Features {
     }
 }
 
-/// The piece of each facet, and whether each piece has different normals; facets are given by those beside them.
-fn pieces(normals: &[Vec3], beside: &[[u32; 3]]) -> (Vec<u32>, Vec<bool>) {
-    let mut pieces = vec![u32::MAX; beside.len()];
-    let mut curved = Vec::new();
-    for first in 0..beside.len() {
-        if pieces[first] != u32::MAX {
-            continue;
-        }
-        let number = curved.len() as u32;
-        let (mut open, mut bent) = (vec![first as u32], false);
-        pieces[first] = number;
-        while let Some(facet) = open.pop() {
-            bent |= (normals[facet as usize] - normals[first]).norm() > FLAT;
-            for &other in beside[facet as usize].iter().take_while(|other| **other != u32::MAX) {
-                if pieces[other as usize] == u32::MAX {
-                    pieces[other as usize] = number;
-                    open.push(other);
-                }
-            }
-        }
-        curved.push(bent);
-    }
-    (pieces, curved)
-}
-
-/// One more than the dimensions that the normals of each piece spread over.
-fn needs(normals: &[Vec3], pieces: &[u32], count: usize) -> Vec<usize> {
+/// Whether each piece has different normals, and one more than the dimensions that they spread over.
+fn spread(normals: &[Vec3], pieces: &[u32], count: usize) -> (Vec<bool>, Vec<usize>) {
     let mut first: Vec<Option<Vec3>> = vec![None; count];
-    let mut spread = vec![Mat3::zeros(); count];
+    let (mut curved, mut spread) = (vec![false; count], vec![Mat3::zeros(); count]);
     for (normal, &piece) in normals.iter().zip(pieces) {
         let off = normal - *first[piece as usize].get_or_insert(*normal);
+        curved[piece as usize] |= off.norm() > FLAT;
         spread[piece as usize] += off * off.transpose();
     }
     let dimensions = |spread: &Mat3| {
         let squares = SymmetricEigen::new(*spread).eigenvalues;
         squares.iter().filter(|square| **square > FLAT.max(1e-6 * squares.max())).count()
     };
-    spread.mapped(|spread| 1 + dimensions(spread))
+    (curved, spread.mapped(|spread| 1 + dimensions(spread)))
 }
 
 /// Sharp edges joined end to end between corners.

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::each::{Each, EachOf, list_of};
+use crate::each::{Each, EachOf};
 use crate::geometry::{Disjoint, Vec3};
 use crate::order;
 
@@ -145,18 +145,13 @@ impl Parts {
 
     /// One part for each set, the sections inside left out.
     fn merge(&mut self, mut sets: Disjoint) -> Self {
-        let mut number = vec![NONE; self.parts.len()];
-        let mut merged: Vec<Part> = Vec::with_capacity(self.parts.len());
-        for part in 0..self.parts.len() {
-            if sets.leader(part) == part {
-                number[part] = merged.len() as u32;
-                merged.push(Part { sections: Vec::new(), patches: Vec::new(), ..self.parts[part].clone() });
-            }
-        }
-        let of: Vec<u32> = list_of(self.parts.len(), |part| number[sets.leader(part)]);
+        let (of, _) = sets.numbered();
+        let leaders = self.parts.iter().enumerate().filter(|(number, _)| sets.leader(*number) == *number);
+        let bare = |(_, part): (_, &Part)| Part { sections: Vec::new(), patches: Vec::new(), ..part.clone() };
+        let mut merged: Vec<Part> = leaders.map(bare).collect();
         for (place, part) in std::mem::take(&mut self.parts).into_iter().enumerate() {
             let into = &mut merged[of[place] as usize];
-            if number[place] == NONE {
+            if sets.leader(place) != place {
                 let whole = into.volume + part.volume;
                 into.centre = (into.centre * into.volume + part.centre * part.volume) / whole;
                 into.volume = whole;
@@ -182,15 +177,7 @@ impl Parts {
                 sets.join(below as usize, above as usize);
             }
         }
-        let mut number = vec![NONE; self.parts.len()];
-        let mut count = 0;
-        for part in 0..self.parts.len() {
-            if sets.leader(part) == part {
-                number[part] = count;
-                count += 1;
-            }
-        }
-        (list_of(self.parts.len(), |part| number[sets.leader(part)]), count as usize)
+        sets.numbered()
     }
 }
 
@@ -251,16 +238,11 @@ fn cut(split: &Split, sections: &Sections, brick: u32, patches: &[u32]) -> Vec<P
         sets.join(pair[0].1 as usize, pair[1].1 as usize);
     }
     let middle = Vec3::from(place.each(|at| f64::from(at) + 0.5));
-    let mut parts: Vec<Part> = Vec::new();
-    let mut number: HashMap<usize, usize> = HashMap::new();
-    for element in 0..count {
-        let set = sets.leader(element);
-        let own = *number.entry(set).or_insert_with(|| {
-            let (sections, patches) = (Vec::new(), Vec::new());
-            parts.push(Part { brick, volume: 0.0, centre: Vec3::zeros(), sections, patches });
-            parts.len() - 1
-        });
-        let part = &mut parts[own];
+    let (set_of, count) = sets.numbered();
+    let empty = Part { brick, volume: 0.0, centre: Vec3::zeros(), sections: Vec::new(), patches: Vec::new() };
+    let mut parts: Vec<Part> = vec![empty; count];
+    for (element, set) in set_of.iter().enumerate() {
+        let part = &mut parts[*set as usize];
         let mut add = |corners: [u32; 3], sign: f64| {
             let (volume, moment) = triangle(&corners.each(|corner| sections.point(split, corner)), sign, &middle);
             part.volume += volume;

@@ -1,10 +1,10 @@
 //! The faces between the cells of a mesh, and its boundary in pieces.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::each::{Each, EachOf, list_of, point_of};
 use crate::error::{GeometryError, MeshError};
-use crate::geometry::{Part, Point, Vec3, padded};
+use crate::geometry::{Disjoint, Part, Point, Vec3, padded};
 use crate::mesh::{Mesh, face_key};
 use crate::order;
 
@@ -198,25 +198,21 @@ impl Faces {
                 at.entry(edge).or_default().push(face as u32);
             }
         }
-        // Faces that hang together with one, in so far as neighbours join.
-        let flood = |start: usize, seen: &mut [bool], joins: &dyn Fn(usize, usize) -> bool| {
-            let mut faces = vec![start as u32];
-            seen[start] = true;
-            let mut next = 0;
-            while let Some(&face) = faces.get(next) {
-                next += 1;
-                for edge in sides(dimension, self.corners(face as usize)) {
-                    for &other in at.get(&edge).into_iter().flatten() {
-                        let same = named[face as usize] == named[other as usize];
-                        if same && !seen[other as usize] && joins(face as usize, other as usize) {
-                            seen[other as usize] = true;
-                            faces.push(other);
+        // Faces that hang together, in so far as neighbours of the same names join.
+        let joined = |joins: &dyn Fn(usize, usize) -> bool| {
+            let mut sets = Disjoint::new(self.corners.len());
+            for faces in at.values() {
+                for (k, &a) in faces.iter().enumerate() {
+                    for &b in &faces[..k] {
+                        if named[a as usize] == named[b as usize] && joins(a as usize, b as usize) {
+                            sets.join(a as usize, b as usize);
                         }
                     }
                 }
             }
-            faces.sort_unstable();
-            faces
+            let mut members: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+            self.boundary().for_each(|face| members.entry(sets.leader(face)).or_default().push(face as u32));
+            members.into_values()
         };
         let level = |a: usize, b: usize| (normals[a] - normals[b]).norm() <= FLAT && !warped[a] && !warped[b];
         let mut pieces = Vec::new();
@@ -233,12 +229,8 @@ impl Faces {
         for &corner in self.boundary().flat_map(|face| self.corners(face)) {
             *around.entry(corner).or_default() += 1;
         }
-        let (mut seen, mut alone) = (vec![false; self.corners.len()], vec![false; self.corners.len()]);
-        for start in self.boundary() {
-            if seen[start] {
-                continue;
-            }
-            let patch = flood(start, &mut seen, &level);
+        let mut alone = vec![false; self.corners.len()];
+        for patch in joined(&level) {
             let mut own: HashMap<u32, usize> = HashMap::new();
             for &corner in patch.iter().flat_map(|&face| self.corners(face as usize)) {
                 *own.entry(corner).or_default() += 1;
@@ -250,12 +242,8 @@ impl Faces {
                 push(patch);
             }
         }
-        let mut seen = alone;
-        for start in self.boundary() {
-            if !seen[start] {
-                push(flood(start, &mut seen, &|a, b| normals[a].dot(&normals[b]) > SMOOTH));
-            }
-        }
+        let smooth = |a: usize, b: usize| !alone[a] && !alone[b] && normals[a].dot(&normals[b]) > SMOOTH;
+        joined(&smooth).filter(|faces| !alone[faces[0] as usize]).for_each(push);
         self.lend(&mut pieces);
         pieces
     }
