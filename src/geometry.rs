@@ -1,6 +1,7 @@
 //! Points, blocks, planar regions and the names of boundary parts.
 
 mod bounds;
+mod cubes;
 mod disjoint;
 mod morton;
 mod outline;
@@ -9,6 +10,7 @@ mod rigid_mode;
 mod walls;
 
 pub(crate) use bounds::Bounds;
+pub(crate) use cubes::{Cubes, Mixed, Places, places};
 pub(crate) use disjoint::Disjoint;
 pub(crate) use morton::Morton;
 pub(crate) use outline::Curve;

@@ -23,7 +23,7 @@ use nalgebra::SymmetricEigen;
 
 use crate::each::{Each, EachOf, IntoEach, array_of};
 use crate::error::{ApproximationError, GeometryError, Invalid};
-use crate::geometry::{Mat3, Part, Vec3, double_area};
+use crate::geometry::{Cubes, Mat3, Part, Vec3, double_area};
 use crate::order;
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_halves, check_point_count};
@@ -577,17 +577,11 @@ impl CutLattice {
     /// thin those on its surface.
     fn free(&self, with: impl FnMut(u32, usize, f64)) {
         let inner = self.placed.positions.iter().zip(&self.placed.on).filter(|(_, on)| on.is_empty());
-        let mut cubes: BTreeMap<[i32; 3], Vec<Vec3>> = BTreeMap::new();
-        let cube = |x: &Vec3| -> [i32; 3] { array_of(|i| (x[i] / THIN).floor() as i32) };
-        inner.for_each(|(x, _)| cubes.entry(cube(x)).or_default().push(*x));
+        let mut cubes = Cubes::new(THIN);
+        inner.for_each(|(x, _)| cubes.add(x, *x));
         let is_thin = |x: &Vec3| {
-            let (c, scale) = (cube(x), self.grid.scale(x));
-            let rings = scale.ceil() as i32;
-            let side = 2 * rings + 1;
-            (0..side.pow(3)).all(|k| {
-                let near = [c[0] + k % side - rings, c[1] + k / side % side - rings, c[2] + k / side / side - rings];
-                cubes.get(&near).is_none_or(|all| all.iter().all(|y| (x - y).norm() > THIN * scale))
-            })
+            let reach = THIN * self.grid.scale(x);
+            cubes.near(x, reach).all(|y| (x - y).norm() > reach)
         };
         let (positions, on) = (&self.placed.positions, &self.placed.on);
         self.shares(|particle| on[particle].is_empty() || is_thin(&positions[particle]), with);

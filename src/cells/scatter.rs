@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::each::Each;
 use crate::error::{GeometryError, Invalid};
-use crate::geometry::{Curve, Region, Vec2};
+use crate::geometry::{Cubes, Curve, Region, Vec2};
 
 use super::mesh::{Mesh, Piece, cross};
 
@@ -124,10 +124,8 @@ pub(crate) fn scatter(region: &Region, spacing: &Spacing<'_>, settings: &Scatter
     let (mut positions, pieces) = boundary(region, spacing)?;
     let fixed = positions.len();
     let spacings = positions.try_mapped(|x| spacing.at(x));
-    let mut bins = Bins::new(region, expected);
-    for x in &positions {
-        bins.push(x);
-    }
+    let mut bins = bins(region, expected);
+    positions.iter().enumerate().for_each(|(particle, x)| bins.add(x, particle));
     blue_noise(region, spacing, settings.seed, &mut positions, spacings?, &mut bins)?;
     let mut mesh = Mesh::new(positions, pieces)?;
     let chords = Chords::new(&mesh, region);
@@ -181,56 +179,10 @@ fn divide(curve: &Curve, spacing: &Spacing<'_>, least: usize) -> Result<Vec<Vec2
         .collect())
 }
 
-/// Particles in a grid of lists.
-struct Bins {
-    min: Vec2,
-    inverse: f64,
-    counts: [usize; 2],
-    heads: Vec<u32>,
-    next: Vec<u32>,
-}
-
-impl Bins {
-    fn new(region: &Region, expected: f64) -> Self {
-        let extent = region.max - region.min;
-        // About one particle in each bin.
-        let width = (extent[0] * extent[1] / expected.max(16.0)).sqrt();
-        let counts = [0, 1].map(|i| ((extent[i] / width) as usize + 1).min(1 << 14));
-        Bins {
-            min: region.min,
-            inverse: 1.0 / width,
-            counts,
-            heads: vec![u32::MAX; counts[0] * counts[1]],
-            next: Vec::new(),
-        }
-    }
-
-    fn bin(&self, value: f64, axis: usize) -> usize {
-        (((value - self.min[axis]) * self.inverse).max(0.0) as usize).min(self.counts[axis] - 1)
-    }
-
-    fn push(&mut self, x: &Vec2) {
-        let bin = self.bin(x[1], 1) * self.counts[0] + self.bin(x[0], 0);
-        self.next.push(self.heads[bin]);
-        self.heads[bin] = self.next.len() as u32 - 1;
-    }
-
-    /// Whether any particle within `reach` satisfies a condition.
-    fn any(&self, x: &Vec2, reach: f64, mut found: impl FnMut(usize) -> bool) -> bool {
-        let range = |i: usize| self.bin(x[i] - reach, i)..=self.bin(x[i] + reach, i);
-        for row in range(1) {
-            for column in range(0) {
-                let mut particle = self.heads[row * self.counts[0] + column];
-                while particle != u32::MAX {
-                    if found(particle as usize) {
-                        return true;
-                    }
-                    particle = self.next[particle as usize];
-                }
-            }
-        }
-        false
-    }
+/// Cubes for about so many particles, one in each.
+fn bins(region: &Region, expected: f64) -> Cubes<2, usize> {
+    let extent = region.max - region.min;
+    Cubes::new((extent[0] * extent[1] / expected.max(16.0)).sqrt())
 }
 
 /// Fills the region with particles at least [`CLOSEST`] spacings apart (Bridson 2007, with a local distance).
@@ -240,7 +192,7 @@ fn blue_noise(
     seed: u64,
     positions: &mut Vec<Vec2>,
     mut spacings: Vec<f64>,
-    bins: &mut Bins,
+    bins: &mut Cubes<2, usize>,
 ) -> Result<(), GeometryError> {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut active: Vec<u32> = (0..positions.len() as u32).collect();
@@ -256,12 +208,12 @@ fn blue_noise(
                 continue;
             }
             let h = spacing.at(&x)?;
-            let close = bins.any(&x, CLOSEST * h, |other| (positions[other] - x).norm() < CLOSEST * h);
+            let close = bins.near(&x, CLOSEST * h).any(|other| (positions[*other] - x).norm() < CLOSEST * h);
             if close || !region.contains(&x) {
                 continue;
             }
             active.push(positions.len() as u32);
-            bins.push(&x);
+            bins.add(&x, positions.len());
             positions.push(x);
             spacings.push(h);
             placed = true;
@@ -284,7 +236,7 @@ fn blue_noise(
 
 /// Boundary particles with the longer of their chords.
 struct Chords {
-    bins: Bins,
+    bins: Cubes<2, usize>,
     lengths: Vec<f64>,
     longest: f64,
 }
@@ -299,16 +251,15 @@ impl Chords {
                 lengths[p as usize] = lengths[p as usize].max(length);
             }
         }
-        let mut bins = Bins::new(region, fixed as f64 * fixed as f64 / 16.0);
-        for x in &mesh.positions[..fixed] {
-            bins.push(x);
-        }
+        let mut bins = bins(region, fixed as f64 * fixed as f64 / 16.0);
+        mesh.positions[..fixed].iter().enumerate().for_each(|(particle, x)| bins.add(x, particle));
         let longest = lengths.largest(|x| *x);
         Chords { bins, lengths, longest }
     }
 
     fn clear(&self, x: &Vec2, positions: &[Vec2]) -> bool {
-        !self.bins.any(x, CLEAR * self.longest, |p| (positions[p] - x).norm() < CLEAR * self.lengths[p])
+        let is_close = |p: &usize| (positions[*p] - x).norm() < CLEAR * self.lengths[*p];
+        !self.bins.near(x, CLEAR * self.longest).any(is_close)
     }
 }
 

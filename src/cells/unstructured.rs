@@ -230,7 +230,9 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
         check_point_count(self.cell_count().saturating_mul(8), each.pow(D as u32))?;
         zones.points(self.cell_count(), |cell, points| {
             for corner in 0..self.mesh.cell(cell).1.len() {
-                interior_rule(&Shape::Straight(self.brick(cell, corner)), &rule).into_iter().for_each(|(position, weight)| points.push(position, weight));
+                interior_rule(&Shape::Straight(self.brick(cell, corner)), &rule)
+                    .into_iter()
+                    .for_each(|(position, weight)| points.push(position, weight));
             }
         })
     }

@@ -9,8 +9,8 @@ use std::collections::HashMap;
 use crate::each::Each;
 use crate::geometry::{Bounds, Point};
 
-use super::flood::{Flood, GOALS, Goal};
 use super::adjacent::Adjacent;
+use super::flood::{Flood, GOALS, Goal};
 
 /// Answers that are kept at once, for the memory that they take.
 const KEPT: usize = 1 << 20;

@@ -21,9 +21,9 @@ mod walls;
 mod weld;
 
 pub use closed::{Closest, Solid3};
+pub(crate) use edges::{by_edge, ends, half_edges};
 pub use flaws::SurfaceFlaws;
 pub use select::Select;
 pub use shape::Shape;
-pub(crate) use edges::{by_edge, ends, half_edges};
 pub(crate) use tree::{Tree, foot, solid_angle};
 pub(crate) use walls::{OPPOSITE, Wall};

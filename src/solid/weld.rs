@@ -1,10 +1,10 @@
 //! One vertex per place, no facet without area, none twice.
 
 use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::Hasher;
 
 use crate::each::EachOf;
-use crate::geometry::{Disjoint, Vec3, double_area};
+use crate::geometry::{Disjoint, Mixed, Places, Vec3, double_area};
 
 use super::edges::{edge, half_edges};
 
@@ -20,26 +20,6 @@ pub(super) const ADDED: u32 = u32::MAX;
 
 /// Rounds of turning edges; a flat facet next to others like it takes one for each.
 const ROUNDS: usize = 50;
-
-/// A hash of whole numbers: several times faster than the standard one, and the same in every run.
-#[derive(Default)]
-struct Mixed(u64);
-
-impl Hasher for Mixed {
-    fn finish(&self) -> u64 {
-        self.0 ^ (self.0 >> 32)
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&byte| self.write_u64(u64::from(byte)));
-    }
-
-    fn write_u64(&mut self, value: u64) {
-        self.0 = (self.0.rotate_left(23) ^ value).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    }
-}
-
-type Places<K> = HashMap<K, u32, BuildHasherDefault<Mixed>>;
 
 /// Key of a grid cell.
 #[derive(PartialEq, Eq)]
@@ -106,7 +86,7 @@ fn same_bits(vertices: &[Vec3], facets: &[[u32; 3]]) -> (Vec<Vec3>, Vec<u32>) {
 fn join_near(points: &[Vec3], tolerance: f64, sets: &mut Disjoint) {
     // A ball of the tolerance meets one cell mostly, eight at most.
     let inverse = 0.125 / tolerance;
-    let mut cells: Places<Cell> = Places::default();
+    let mut cells: Places<Cell, u32> = Places::default();
     let mut next = vec![u32::MAX; points.len()];
     let at = |x: &Vec3, shift: [f64; 3]| [0, 1, 2].each(|i| ((x[i] + shift[i] * tolerance) * inverse).floor() as i64);
     for (k, x) in points.iter().enumerate() {

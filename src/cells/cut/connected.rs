@@ -193,13 +193,8 @@ impl Connected<'_> {
     fn near(&self, x: &Vec3, found: &mut Vec<u32>) -> bool {
         let grid = &self.sections.grid;
         let first = found.len();
-        let ranges: [[i32; 2]; 3] = array_of(|i| {
-            let whole = grid.counts[i] as i32 - 1;
-            [x[i] - EDGE_ON, x[i] + EDGE_ON].each(|end| (end.floor() as i32).clamp(0, whole))
-        });
-        let [[a, b], [c, d], [e, f]] = ranges;
-        for place in (e..=f).flat_map(|k| (c..=d).flat_map(move |j| (a..=b).map(move |i| [i, j, k]))) {
-            for &part in self.by_brick.of(grid.brick(grid.leaf(place))) {
+        for leaf in grid.leaves_in(&x.add_scalar(-EDGE_ON), &x.add_scalar(EDGE_ON)) {
+            for &part in self.by_brick.of(grid.brick(leaf)) {
                 let Some(divided) = self.by_brick.divisions.of_part.get(&part) else {
                     found.push(part);
                     continue;
@@ -216,18 +211,8 @@ impl Connected<'_> {
 
     /// The sub-cells with walls in the bricks that a box meets.
     pub(super) fn cut_near(&self, within: &Bounds<3>) -> Vec<u32> {
-        let ranges: [[i32; 2]; 3] = array_of(|i| {
-            let whole = self.sections.grid.counts[i] as i32 - 1;
-            [within.low[i], within.high[i]].each(|end| (end.floor() as i32).clamp(0, whole))
-        });
-        let [[a, b], [c, d], [e, f]] = ranges;
         let grid = &self.sections.grid;
-        let places = (e..=f).flat_map(|k| (c..=d).flat_map(move |j| (a..=b).map(move |i| [i, j, k])));
-        // Each leaf at its first brick among these.
-        let leaves = places.filter_map(|place| {
-            let leaf = grid.leaf(place);
-            ([leaf[0].max(a), leaf[1].max(c), leaf[2].max(e)] == place).then_some(leaf)
-        });
+        let leaves = grid.leaves_in(&within.low, &within.high);
         let near = leaves.flat_map(|leaf| self.by_brick.of(grid.brick(leaf)).iter().copied());
         near.filter(|part| !self.parts.parts[*part as usize].patches.is_empty()).collect()
     }
@@ -254,22 +239,15 @@ impl Connected<'_> {
         let first = found.len();
         let mut best: Option<(f64, u32)> = None;
         let grid = &self.sections.grid;
-        let ranges: [[i32; 2]; 3] = array_of(|i| {
-            let whole = grid.counts[i] as i32 - 1;
-            [x[i] - reach, x[i] + reach].each(|end| (end.floor() as i32).clamp(0, whole))
-        });
-        let [[a, b], [c, d], [e, f]] = ranges;
+        let leaves: Vec<[i32; 3]> = grid.leaves_in(&x.add_scalar(-reach), &x.add_scalar(reach)).collect();
         let of = |leaf: [i32; 3]| self.by_brick.of(grid.brick(leaf));
-        if let ([only], true) = (of(grid.leaf([a, c, e])), [a, c, e] == [b, d, f]) {
+        if let [leaf] = leaves[..]
+            && let [only] = of(leaf)
+        {
             found.push(*only);
             return;
         }
-        for place in (e..=f).flat_map(|k| (c..=d).flat_map(move |j| (a..=b).map(move |i| [i, j, k]))) {
-            let leaf = grid.leaf(place);
-            // Each leaf at its first brick among these.
-            if [leaf[0].max(a), leaf[1].max(c), leaf[2].max(e)] != place {
-                continue;
-            }
+        for leaf in leaves {
             for &part in of(leaf) {
                 if found[first..].contains(&part) {
                     continue;

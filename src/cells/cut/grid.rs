@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::each::{EachOf, array_of};
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, places};
 
 /// Bricks along each side of a macro cell of the finest level: two cells of two.
 pub(super) const MACRO: usize = 4;
@@ -47,23 +47,22 @@ impl Grid {
         for (level, place) in macros {
             let width = 1 << (deepest - level);
             let low = place.each(|at| at * width);
-            each_in(low, low.each(|at| at + width), counts, |at| doublings[number(at)] = (deepest - level) as u8);
+            within(low, low.each(|at| at + width), counts)
+                .for_each(|at| doublings[number(at)] = (deepest - level) as u8);
         }
         let mut of_leaves = doublings.clone();
-        each_in([0; 3], counts, counts, |at| {
+        for at in within([0; 3], counts, counts) {
             let own = doublings[number(at)];
             // Cells are four leaves of half the spacing wide, as a macro cell of the finest level is.
-            let width = if own > 0 { 1 << (own - 1) } else { return };
+            let width = if own > 0 { 1 << (own - 1) } else { continue };
             if at.iter().any(|at| at % width != 0) {
-                return;
+                continue;
             }
-            let mut touches_finer = false;
             let beyond = at.each(|at| at + width + 1);
-            each_in(at.each(|at| at - 1), beyond, counts, |beside| touches_finer |= doublings[number(beside)] < own);
-            if touches_finer {
-                each_in(at, at.each(|at| at + width), counts, |inside| of_leaves[number(inside)] = own - 1);
+            if within(at.each(|at| at - 1), beyond, counts).any(|beside| doublings[number(beside)] < own) {
+                within(at, at.each(|at| at + width), counts).for_each(|inside| of_leaves[number(inside)] = own - 1);
             }
-        });
+        }
         let blocks = doublings.into_iter().zip(of_leaves).map(|(doublings, of_leaves)| Block { doublings, of_leaves });
         Grid { blocks: blocks.collect(), ..self }
     }
@@ -125,6 +124,17 @@ impl Grid {
     pub(super) fn scale(&self, x: &Vec3) -> f64 {
         let least = || Self::at_corners(x, ON_FACE).map(|at| self.half_spacing(at)).min().unwrap_or(1);
         if self.is_even() { 1.0 } else { f64::from(least()) }
+    }
+
+    /// The leaves that have bricks in a box.
+    pub(super) fn leaves_in(&self, low: &Vec3, high: &Vec3) -> impl Iterator<Item = [i32; 3]> {
+        let [low, high]: [[i32; 3]; 2] =
+            [low, high].each(|end| array_of(|i| (end[i].floor() as i32).clamp(0, self.counts[i] as i32 - 1)));
+        // Each at its first brick among these.
+        places(low, high).filter_map(move |place| {
+            let leaf = self.leaf(place);
+            (array_of(|i| leaf[i].max(low[i])) == place).then_some(leaf)
+        })
     }
 
     /// The size of the smallest leaf that a point lies in or on.
@@ -189,10 +199,7 @@ impl Grid {
     }
 }
 
-/// Hands out the places of a box that lie within counts.
-fn each_in(low: [i32; 3], high: [i32; 3], counts: [i32; 3], mut with: impl FnMut([i32; 3])) {
-    let range = |axis: usize| low[axis].max(0)..high[axis].min(counts[axis]);
-    for (k, j) in range(2).flat_map(|k| range(1).map(move |j| (k, j))) {
-        range(0).for_each(|i| with([i, j, k]));
-    }
+/// The places of a box, its end left out, that lie within counts.
+fn within(low: [i32; 3], end: [i32; 3], counts: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
+    places(low.each(|at| at.max(0)), array_of(|i| end[i].min(counts[i]) - 1))
 }

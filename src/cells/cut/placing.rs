@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::each::{EachOf, IntoEach, array_of};
-use crate::geometry::{Bounds, Vec3};
+use crate::geometry::{Bounds, Cubes, Vec3, places};
 use crate::neighbours::{Flood, MARGIN};
 use crate::order;
 use crate::solid::foot;
@@ -41,34 +41,6 @@ pub(super) fn nearest(x: &Vec3, triangle: &[Vec3; 3]) -> Vec3 {
     let (at, _) = foot(x, triangle);
     // Without an area it has no inside.
     if at.iter().all(|v| v.is_finite()) { at } else { triangle[0] }
-}
-
-/// Points by the unit cube that they lie in.
-#[derive(Default)]
-struct Hash(HashMap<[i32; 3], Vec<u32>>);
-
-impl Hash {
-    fn cube(x: &Vec3) -> [i32; 3] {
-        array_of(|i| x[i].floor() as i32)
-    }
-
-    fn add(&mut self, x: &Vec3, number: u32) {
-        self.0.entry(Self::cube(x)).or_default().push(number);
-    }
-
-    /// Those closer to a point than half the smaller spacing of both, `own` being that at the point over the finest one.
-    fn close<'a>(&'a self, x: &'a Vec3, own: f64, all: &'a [(Vec3, f64)]) -> impl Iterator<Item = u32> + 'a {
-        let (cube, rings) = (Self::cube(x), (HALF * own).ceil() as i32);
-        let side = 2 * rings + 1;
-        let near = (0..side.pow(3)).filter_map(move |k| {
-            let step = [k % side, k / side % side, k / side / side];
-            self.0.get(&array_of(|i| cube[i] + step[i] - rings))
-        });
-        near.flatten().copied().filter(move |number| {
-            let (at, other) = all[*number as usize];
-            (at - x).norm() < HALF * own.min(other) * (1.0 - 1e-9)
-        })
-    }
 }
 
 /// Segments of a sharp edge that are no longer than a brick, where the spacing varies.
@@ -116,9 +88,8 @@ impl Placing<'_> {
     pub(super) fn near<'a>(&'a self, x: &Vec3, half: f64) -> impl Iterator<Item = u32> + 'a {
         let low: [i32; 3] = array_of(|i| ((x[i] - half).floor() as i32).max(0));
         let high: [i32; 3] = array_of(|i| ((x[i] + half).ceil() as i32).min(self.grid.counts[i] as i32));
-        let bricks = (low[2]..high[2])
-            .flat_map(move |k| (low[1]..high[1]).flat_map(move |j| (low[0]..high[0]).map(move |i| [i, j, k])));
-        bricks.flat_map(|place| self.by_brick.row(self.grid.brick(place)).iter().copied())
+        places(low, high.each(|end| end - 1))
+            .flat_map(|place| self.by_brick.row(self.grid.brick(place)).iter().copied())
     }
 
     /// The pieces of the surface that a point lies on, with the mean of their facets' normals there: a mean lies in their affine hull, which
@@ -149,27 +120,29 @@ impl Placing<'_> {
     /// Where a slot divides the solid around a place of the lattice, each part has a particle of its own.
     pub(super) fn place(&self, connected: &Connected) -> Placed {
         let mut placed = Placed::default();
-        // Places with the spacings there over the finest one.
-        let mut known: Vec<(Vec3, f64)> = Vec::new();
-        let (mut hash, mut flood) = (Hash::default(), Flood::default());
+        // Numbers of particles, and the spacings there over the finest one.
+        let (mut known, mut flood) = (Cubes::<3, (usize, f64)>::new(1.0), Flood::default());
         let mut add = |placed: &mut Placed, at: Vec3, on: Vec<(u32, Vec3)>| {
             let mut around = Vec::new();
             let scale = self.grid.scale(&at);
-            for close in hash.close(&at, scale, &known) {
+            for &(close, other) in known.near(&at, HALF * scale) {
+                let close = placed.positions[close];
+                if (close - at).norm() >= HALF * scale.min(other) * (1.0 - 1e-9) {
+                    continue;
+                }
                 if around.is_empty() {
                     connected.at(&at, &mut around);
                 }
-                if is_connected(connected, &mut flood, [&at, &placed.positions[close as usize]], &around) {
+                if is_connected(connected, &mut flood, [&at, &close], &around) {
                     return None;
                 }
             }
-            let number = placed.positions.len() as u32;
-            hash.add(&at, number);
-            known.push((at, scale));
+            let number = placed.positions.len();
+            known.add(&at, (number, scale));
             placed.positions.push(at);
             placed.scales.push(self.grid.widest(&at, |leaf| connected.by_brick.holds(self.grid.brick(leaf))));
             placed.on.push(on);
-            Some(number)
+            Some(number as u32)
         };
         let edges = self.features.creases.iter().flat_map(|crease| along(crease, self.grid));
         for at in self.features.corners.iter().copied().chain(edges) {
@@ -179,24 +152,17 @@ impl Placing<'_> {
         let mut near: [Vec<([i32; 3], Vec3)>; 2] = [Vec::new(), Vec::new()];
         let counts = self.grid.counts.each(|count| count as i32);
         let mut flood = Flood::default();
-        for k in (0..=counts[2]).step_by(STEP as usize) {
-            for j in (0..=counts[1]).step_by(STEP as usize) {
-                for i in (0..=counts[0]).step_by(STEP as usize) {
-                    let place = [i, j, k];
-                    if !self.grid.is_corner(place) {
-                        continue;
-                    }
-                    let mut inside = connected.sections.is_inside(self.grid.node(place));
-                    let x = Vec3::from(place.each(f64::from));
-                    for at in self.nearest_by_part(connected, &mut flood, &x, inside) {
-                        match at {
-                            Some(at) => near[usize::from(!inside)].push((place, at)),
-                            None if inside => inner.push(place),
-                            None => {}
-                        }
-                        inside = false;
-                    }
+        let corners = places([0; 3], counts.each(|count| count / STEP)).map(|at| at.each(|at| at * STEP));
+        for place in corners.filter(|place| self.grid.is_corner(*place)) {
+            let mut inside = connected.sections.is_inside(self.grid.node(place));
+            let x = Vec3::from(place.each(f64::from));
+            for at in self.nearest_by_part(connected, &mut flood, &x, inside) {
+                match at {
+                    Some(at) => near[usize::from(!inside)].push((place, at)),
+                    None if inside => inner.push(place),
+                    None => {}
                 }
+                inside = false;
             }
         }
         for (place, at) in near.into_iter().flatten() {

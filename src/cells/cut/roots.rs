@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::each::{Each, EachOf, array_of};
-use crate::geometry::{Bounds, Vec3, double_area};
+use crate::geometry::{Bounds, Cubes, Vec3, double_area};
 use crate::neighbours::{BoxTree, FACING, Flood, MARGIN};
 
 use super::connected::{Bricks, Connected, Divided, Divisions, FINER};
@@ -63,7 +63,8 @@ fn walls(connected: &Connected, normals: &[Vec3]) -> Vec<Wall> {
             let area = double_area(&corners).norm();
             let key = array_of(|i| normal[i].round() as i8);
             let (at, along, whole, patches) = alike.entry(key).or_default();
-            (*at, *along, *whole) = (*at + corners.iter().sum::<Vec3>() * (area / 3.0), *along + normal * area, *whole + area);
+            (*at, *along, *whole) =
+                (*at + corners.iter().sum::<Vec3>() * (area / 3.0), *along + normal * area, *whole + area);
             patches.push(number);
         }
         let size = grid.half_spacing(grid.place(own.brick as usize));
@@ -149,27 +150,26 @@ fn at_roots(connected: &Connected, normals: &[Vec3]) -> BTreeSet<u32> {
     let (mut slots, mut joined) = (Vec::new(), Vec::new());
     let sizes: BTreeSet<i32> = walls.iter().map(|wall| wall.size).collect();
     for size in sizes {
-        // Pairs the larger of whose spacings is this one, by the cubes of that size that their middles lie in.
-        let mut by_cube: HashMap<[i32; 3], Vec<&Wall>> = HashMap::new();
-        for wall in walls.iter().filter(|wall| wall.size <= size) {
-            let cube = array_of(|i| (wall.at[i] / f64::from(size)).floor() as i32);
-            by_cube.entry(cube).or_default().push(wall);
+        // Pairs the larger of whose spacings is this one, each wall with those before it.
+        let mut before: Cubes<3, &Wall> = Cubes::new(f64::from(size));
+        for a in walls.iter().filter(|wall| wall.size <= size) {
+            for b in before.near(&a.at, ACROSS * f64::from(size)) {
+                if a.size.max(b.size) < size || !face_each_other(a, b) {
+                    continue;
+                }
+                let line = Bounds::of([&a.at, &b.at]);
+                if surface.is_slot(a, b) {
+                    slots.push(line);
+                }
+                let around = AROUND * f64::from(size);
+                let within = Bounds { low: line.low.add_scalar(-around), high: line.high.add_scalar(around) };
+                if flood.reaches(connected, &[a.part], &[b.part], &within) {
+                    let reach = (b.at - a.at).norm() + f64::from(size);
+                    joined.push(Joined { middle: (a.at + b.at) * 0.5, reach, within });
+                }
+            }
+            before.add(&a.at, a);
         }
-        each_near(&by_cube, |a, b| {
-            if a.size.max(b.size) < size || !face_each_other(a, b) {
-                return;
-            }
-            let line = Bounds::of([&a.at, &b.at]);
-            if surface.is_slot(a, b) {
-                slots.push(line);
-            }
-            let around = AROUND * f64::from(size);
-            let within = Bounds { low: line.low.add_scalar(-around), high: line.high.add_scalar(around) };
-            if flood.reaches(connected, &[a.part], &[b.part], &within) {
-                let reach = (b.at - a.at).norm() + f64::from(size);
-                joined.push(Joined { middle: (a.at + b.at) * 0.5, reach, within });
-            }
-        });
     }
     let tree = BoxTree::new(slots);
     let at_slot = |own: &&Joined| {
@@ -181,20 +181,6 @@ fn at_roots(connected: &Connected, normals: &[Vec3]) -> BTreeSet<u32> {
         least <= own.reach
     };
     joined.iter().filter(at_slot).flat_map(|own| connected.cut_near(&own.within)).collect()
-}
-
-/// Hands out the walls in cubes that are near each other.
-fn each_near(by_cube: &HashMap<[i32; 3], Vec<&Wall>>, mut with: impl FnMut(&Wall, &Wall)) {
-    let reach = ACROSS.ceil() as i32;
-    let steps = || -reach..=reach;
-    for (place, own) in by_cube {
-        let offsets = steps().flat_map(|i| steps().flat_map(move |j| steps().map(move |k| [i, j, k])));
-        // Each pair of cubes once.
-        for offset in offsets.filter(|offset| *offset >= [0; 3]) {
-            let Some(others) = by_cube.get(&array_of(|i| place[i] + offset[i])) else { continue };
-            own.iter().for_each(|a| others.iter().for_each(|b| with(a, b)));
-        }
-    }
 }
 
 /// A sub-cell divided by planes between those of bricks, its divisions numbered from one on, and where the triangles around it come from.

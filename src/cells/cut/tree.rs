@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::each::{EachOf, array_of, point_of};
 use crate::error::{GeometryError, Invalid};
-use crate::geometry::{Bounds, Vec3};
+use crate::geometry::{Bounds, Vec3, places};
 use crate::solid::{Solid3, Wall};
 
 use super::frame::Frame;
@@ -79,10 +79,8 @@ impl Wanted<'_> {
     /// The leaves of the tree over a lattice of the largest spacing, and how often the deepest ones are halved.
     pub(super) fn macros(&self, frame: &Frame, counts: [usize; 3]) -> Result<(Vec<Macro>, u32), GeometryError> {
         let mut tree = Tree { walls: self.walls(frame), leaves: BTreeMap::new(), open: Vec::new() };
-        let [n, m, l] = counts.each(|count| count.div_ceil(MACRO) as i32);
-        for (k, j) in (0..l).flat_map(|k| (0..m).map(move |j| (k, j))) {
-            (0..n).for_each(|i| tree.open.push((0, [i, j, k])));
-        }
+        let last = counts.each(|count| count.div_ceil(MACRO) as i32 - 1);
+        tree.open.extend(places([0; 3], last).map(|place| (0, place)));
         let all: Vec<u32> = (0..tree.walls.len() as u32).collect();
         let roots: BTreeMap<Macro, Vec<u32>> = tree.open.iter().map(|root| (*root, Vec::new())).collect();
         tree.leaves = roots;
@@ -174,11 +172,8 @@ impl Wanted<'_> {
             return Err(self.too_thin(wall, frame));
         }
         let mut wide = thin.is_some();
-        for k in 0..27 {
-            let at = point_of::<3>(|i| {
-                let share = 0.5 * f64::from([k % 3, k / 3 % 3, k / 9][i]);
-                low[i] + share * (high[i] - low[i])
-            });
+        for place in places([0; 3], [2; 3]) {
+            let at = point_of::<3>(|i| low[i] + 0.5 * f64::from(place[i]) * (high[i] - low[i]));
             let wanted = (self.grading)(&frame.place(&at));
             let least = 1.0 / f64::from(1 << DEEPEST);
             ensure!(
@@ -210,15 +205,10 @@ impl Tree {
     fn spread(&mut self, all: &[u32]) {
         for &wall in all {
             let Across { low, high, .. } = &self.walls[wall as usize];
-            let range = |i: usize| {
-                let [first, last] = [low[i], high[i]].each(|end| (end / MACRO as f64).floor() as i32);
-                first..=last
-            };
-            for (k, j) in range(2).flat_map(|k| range(1).map(move |j| (k, j))) {
-                for i in range(0) {
-                    if let Some(own) = self.leaves.get_mut(&(0, [i, j, k])) {
-                        own.push(wall);
-                    }
+            let [first, last] = [low, high].each(|end| array_of(|i| (end[i] / MACRO as f64).floor() as i32));
+            for place in places(first, last) {
+                if let Some(own) = self.leaves.get_mut(&(0, place)) {
+                    own.push(wall);
                 }
             }
         }
@@ -227,8 +217,7 @@ impl Tree {
     /// Halves a macro cell along each axis, coarser ones that touch it first.
     fn halve(&mut self, own: Macro) {
         let (level, place) = own;
-        for k in 0..27 {
-            let beside: [i32; 3] = array_of(|i| place[i] + [k % 3, k / 3 % 3, k / 9][i] - 1);
+        for beside in places(place.each(|at| at - 1), place.each(|at| at + 1)) {
             if level > 0 && self.leaves.contains_key(&(level - 1, beside.each(|at| at >> 1))) {
                 self.halve((level - 1, beside.each(|at| at >> 1)));
             }
