@@ -127,6 +127,17 @@ impl fmt::Display for Part {
     }
 }
 
+impl Part {
+    /// The error where no part of a boundary has this name; `nameless` says that there are no names.
+    pub(crate) fn unknown(&self, names: &[&str], nameless: &str) -> GeometryError {
+        let known = match names {
+            [] => format!("{nameless}, but the whole boundary, and some of it by Place::within"),
+            _ => format!("{}, and the whole boundary", names.join(", ")),
+        };
+        GeometryError::UnknownPart { part: self.to_string(), known }
+    }
+}
+
 /// Refuses dimensions other than one, two and three.
 pub(crate) fn check_dimension<const D: usize>() -> Result<(), GeometryError> {
     if matches!(D, 1..=3) {

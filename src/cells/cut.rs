@@ -477,11 +477,7 @@ impl CutLattice {
         };
         if found.is_empty() {
             let names: Vec<&str> = self.names.mapped(|known| known.0.as_str());
-            let known = match names.is_empty() {
-                true => "no named parts, but the whole boundary, and some of it by Place::within".to_string(),
-                false => format!("{}, and the whole boundary", names.join(", ")),
-            };
-            return Err(GeometryError::UnknownPart { part: part.to_string(), known });
+            return Err(part.unknown(&names, "no named parts"));
         }
         let rank = |piece: u32| (!self.features.curved[piece as usize], piece);
         order::sort(&mut found, &|&a, &b| rank(a).cmp(&rank(b)));
@@ -715,11 +711,6 @@ impl Cells<3> for CutLattice {
         self.supports(r, |_| largest)
     }
 
-    fn is_thin(&self) -> bool {
-        // Zones have particles of the surface in their middle where there are no others.
-        false
-    }
-
     fn zones(&self, size: usize) -> Zones {
         if size <= 1 {
             return Zones::single(self.cells.len());
@@ -880,10 +871,6 @@ impl Cells<3> for CutLattice {
             out.groups.push(out.cells.len());
         }
         Ok(out)
-    }
-
-    fn nodal_cells(&self, _gauss: usize) -> Result<Smoothing<3>, GeometryError> {
-        Err(GeometryError::Unsuited { what: "nodal integration", needed: "a lattice or scattered particles" })
     }
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<3>, GeometryError> {

@@ -5,7 +5,7 @@ use nalgebra::SMatrix;
 use crate::each::{Each, list_of};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Part, Point};
-use crate::particles::Particles;
+use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::Points;
 
 use super::zones::free_corners;
@@ -97,20 +97,29 @@ pub trait Cells<const D: usize>: Send + Sync {
         Point::repeat(self.local_spacing(particle))
     }
 
-    /// Particles with supports of normalised dilation `r` (6.1) times the local spacing.
+    /// Particles with supports of normalised dilation `r` (6.1) times the local spacing; by default balls.
     ///
     /// # Errors
     /// For $r \le \tfrac12$.
-    fn particles(&self, r: f64) -> Result<Particles<D>, ApproximationError>;
+    fn particles(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
+        balls(self.positions(), r, &|particle| self.local_spacing(particle))
+    }
 
-    /// Particles with supports of normalised dilation `r` (6.1) times the largest spacing.
+    /// Particles with supports of normalised dilation `r` (6.1) times the largest spacing; by default balls.
     ///
     /// # Errors
     /// For $r \le \tfrac12$.
-    fn particles_global(&self, r: f64) -> Result<Particles<D>, ApproximationError>;
+    fn particles_global(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
+        let spacings: Vec<f64> = list_of(self.positions().len(), |particle| self.local_spacing(particle));
+        let largest = spacings.largest(|spacing| *spacing);
+        balls(self.positions(), r, &|_| largest)
+    }
 
-    /// Whether a single cell spans a thickness of the body: linear pressures on zones are not stable then.
-    fn is_thin(&self) -> bool;
+    /// Whether a single cell spans a thickness of the body: linear pressures on zones are not stable then. By default not: zones may have
+    /// boundary particles in their middle where there are no others.
+    fn is_thin(&self) -> bool {
+        false
+    }
 
     /// Zones of cells that share a pressure, about `size` cells wide.
     fn zones(&self, size: usize) -> Zones;
@@ -160,8 +169,11 @@ pub trait Cells<const D: usize>: Send + Sync {
     /// per direction on each facet; boundary facets are those of [`boundary`](Cells::boundary) with 2 parts.
     ///
     /// # Errors
-    /// For an impossible number of points.
-    fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError>;
+    /// For an impossible number of points, and where there are no such cells: by default.
+    fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError> {
+        let _ = gauss;
+        Err(GeometryError::Unsuited { what: "nodal integration", needed: "a lattice or scattered particles" })
+    }
 
     /// Facets of a boundary part, each cut into `parts` per direction with `gauss` points per direction (one more where
     /// [`smoothing`](Cells::smoothing) takes it).
@@ -242,6 +254,17 @@ pub trait Cells<const D: usize>: Send + Sync {
     fn lattice(&self) -> Option<&Lattice<D>> {
         None
     }
+}
+
+/// Particles whose supports are balls of normalised dilation `r` times a spacing.
+fn balls<const D: usize>(
+    positions: &[Point<D>],
+    r: f64,
+    spacing: &dyn Fn(usize) -> f64,
+) -> Result<Particles<D>, ApproximationError> {
+    check_dilation(r)?;
+    let supports = list_of(positions.len(), |particle| Support::Ball(2.0 * r * spacing(particle)));
+    Particles::new(positions.to_vec(), supports)
 }
 
 /// What rounding leaves of the place of a point in a cell.

@@ -1,9 +1,8 @@
 //! Cells of scattered particles: triangles.
 
-use crate::each::{Each, EachOf, list_of};
-use crate::error::{ApproximationError, GeometryError};
+use crate::each::{Each, EachOf};
+use crate::error::GeometryError;
 use crate::geometry::{Bounds, Part, Region, Vec2};
-use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_parts, check_point_count, gauss_legendre};
 
 use super::edges::{facets, plain_facets};
@@ -12,6 +11,7 @@ use super::mesh::{Mesh, collapse, cross};
 use super::nodal_polygons::dual_polygons;
 use super::polygons::Polygons;
 use super::scatter::{Spacing, factor_for, scatter};
+use super::unstructured::smoothed_spacings;
 use super::{BoundaryCells, Cells, EDGE, Scatter, Smoothing, Zones};
 
 /// How far outside its triangle a point may lie, as a part of its height: chords cut arcs.
@@ -94,16 +94,7 @@ impl Triangulation {
 
     fn over(mut mesh: Mesh, region: &Region) -> Self {
         mesh.bend(region);
-        let neighbours = mesh.neighbours();
-        let distances: Vec<f64> = list_of(mesh.positions.len(), |p| {
-            let sum: f64 = neighbours.row(p).summed(|&q| (mesh.positions[q as usize] - mesh.positions[p]).norm());
-            sum / neighbours.row(p).len() as f64
-        });
-        // Mean over the neighbours: supports of unequal size beside each other cost accuracy.
-        let spacings = list_of(mesh.positions.len(), |p| {
-            let sum: f64 = neighbours.row(p).summed(|&q| distances[q as usize]);
-            0.5 * (distances[p] + sum / neighbours.row(p).len() as f64)
-        });
+        let spacings = smoothed_spacings(&mesh.positions, &mesh.neighbours());
         Triangulation { mesh, names: region.names.clone(), spacings, locator: Locator::default(), left: None }
     }
 
@@ -115,13 +106,7 @@ impl Triangulation {
             Part::Named(name) => all.filter(|&k| self.names[self.mesh.pieces[k].part] == *name).collect(),
             _ => Vec::new(),
         };
-        ensure!(
-            !found.is_empty(),
-            GeometryError::UnknownPart {
-                part: part.to_string(),
-                known: format!("{}, and the whole boundary", self.names.join(", "))
-            }
-        );
+        ensure!(!found.is_empty(), part.unknown(&self.names.mapped(String::as_str), ""));
         Ok(found)
     }
 
@@ -213,18 +198,6 @@ impl Cells<2> for Triangulation {
 
     fn local_spacing(&self, particle: usize) -> f64 {
         self.spacings.get(particle).copied().unwrap_or(f64::NAN)
-    }
-
-    fn particles(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
-        check_dilation(r)?;
-        let supports = self.spacings.mapped(|h| Support::Ball(2.0 * r * h));
-        Particles::new(self.mesh.positions.clone(), supports)
-    }
-
-    fn particles_global(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
-        check_dilation(r)?;
-        let largest = self.spacings.largest(|x| *x);
-        Particles::new(self.mesh.positions.clone(), vec![Support::Ball(2.0 * r * largest); self.spacings.len()])
     }
 
     fn is_thin(&self) -> bool {

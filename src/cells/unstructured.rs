@@ -9,7 +9,6 @@ use crate::each::{Each, EachOf, list_of, point_of};
 use crate::error::{ApproximationError, Error, GeometryError, MeshError};
 use crate::geometry::{Part, Point, padded};
 use crate::mesh::Mesh;
-use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_halves, check_point_count, gauss_legendre, in_pieces};
 use crate::rows::Rows;
 
@@ -154,7 +153,7 @@ impl<const D: usize> Unstructured<D> {
 }
 
 /// Mean distances to the neighbours, averaged over them: supports of unequal size beside each other cost accuracy.
-fn smoothed_spacings<const D: usize>(positions: &[Point<D>], neighbours: &Rows) -> Vec<f64> {
+pub(super) fn smoothed_spacings<const D: usize>(positions: &[Point<D>], neighbours: &Rows) -> Vec<f64> {
     let mean = |particle: usize, value: &dyn Fn(u32) -> f64| {
         let row = neighbours.row(particle);
         row.summed(|&other| value(other)) / row.len() as f64
@@ -186,23 +185,6 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
 
     fn local_spacing(&self, particle: usize) -> f64 {
         self.spacings.get(particle).copied().unwrap_or(f64::NAN)
-    }
-
-    fn particles(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
-        check_dilation(r)?;
-        let supports = self.spacings.mapped(|h| Support::Ball(2.0 * r * h));
-        Particles::new(self.positions().to_vec(), supports)
-    }
-
-    fn particles_global(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
-        check_dilation(r)?;
-        let largest = self.spacings.largest(|x| *x);
-        Particles::new(self.positions().to_vec(), vec![Support::Ball(2.0 * r * largest); self.spacings.len()])
-    }
-
-    fn is_thin(&self) -> bool {
-        // Zones have boundary particles in their middle where there are no others.
-        false
     }
 
     fn zones(&self, size: usize) -> Zones {

@@ -1,9 +1,8 @@
 //! Cells of scattered particles: Voronoi cells clipped by the boundary.
 
 use crate::each::EachOf;
-use crate::error::{ApproximationError, GeometryError};
+use crate::error::GeometryError;
 use crate::geometry::{Part, Vec2};
-use crate::particles::Particles;
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::mesh::{Mesh, collapse, cross};
@@ -68,14 +67,6 @@ impl Cells<2> for Voronoi {
 
     fn local_spacing(&self, particle: usize) -> f64 {
         self.triangles.local_spacing(particle)
-    }
-
-    fn particles(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
-        self.triangles.particles(r)
-    }
-
-    fn particles_global(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
-        self.triangles.particles_global(r)
     }
 
     fn is_thin(&self) -> bool {

@@ -72,10 +72,6 @@ impl Cells<2> for Refined {
         self.supports(|_| largest * (2.0 * r))
     }
 
-    fn is_thin(&self) -> bool {
-        false
-    }
-
     /// Macro cells for sizes above 1, whatever the size; else single cells.
     fn zones(&self, size: usize) -> Zones {
         if size < 2 {
@@ -121,10 +117,6 @@ impl Cells<2> for Refined {
         }
         out.facet_offsets = Smoothing::<2>::even_offsets(facets.ends.len(), gauss);
         Ok(out)
-    }
-
-    fn nodal_cells(&self, _gauss: usize) -> Result<Smoothing<2>, GeometryError> {
-        Err(GeometryError::Unsuited { what: "nodal integration", needed: "a lattice or scattered particles" })
     }
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {

@@ -127,14 +127,7 @@ impl Faces {
             let mut names: Vec<&str> = self.pieces.iter().flat_map(|piece| &piece.names).map(String::as_str).collect();
             names.sort_unstable();
             names.dedup();
-            let known = match names.is_empty() {
-                true => {
-                    "no named parts (physical groups in Gmsh), but the whole boundary, and some of it by Place::within"
-                        .to_string()
-                }
-                false => format!("{}, and the whole boundary", names.join(", ")),
-            };
-            return Err(GeometryError::UnknownPart { part: part.to_string(), known });
+            return Err(part.unknown(&names, "no named parts (physical groups in Gmsh)"));
         }
         Ok(found)
     }
