@@ -373,7 +373,12 @@ impl<const D: usize> Mesh<D> {
 
 /// The corners of a face in one order, whoever names it; places that are not used hold the largest number.
 pub(crate) fn face_key(corners: &[u32]) -> [u32; 4] {
-    let mut key = [u32::MAX; 4];
+    sorted(corners)
+}
+
+/// The same of up to `N` corners.
+fn sorted<const N: usize>(corners: &[u32]) -> [u32; N] {
+    let mut key = [u32::MAX; N];
     key[..corners.len()].copy_from_slice(corners);
     key.sort_unstable();
     key

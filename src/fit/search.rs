@@ -73,15 +73,26 @@ impl<'a> Residuals<'a> {
 
     /// $\partial r/\partial c$ by central differences; zero columns where the law has no answer on either side.
     pub(crate) fn jacobian(&self, values: &[f64]) -> DMatrix<f64> {
-        let mut jacobian = DMatrix::zeros(self.points.len(), values.len());
-        for c in 0..values.len() {
-            let step = STEP * values[c].abs().max(1e-4 * self.units[c]);
+        let step = |c: usize| STEP * values[c].abs().max(1e-4 * self.units[c]);
+        self.differences(values, &step, &|values| self.at(values))
+    }
+
+    /// Derivatives of residuals with respect to numbers, with a step for each.
+    fn differences(
+        &self,
+        numbers: &[f64],
+        step: &dyn Fn(usize) -> f64,
+        residuals: &dyn Fn(&[f64]) -> Vec<f64>,
+    ) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::zeros(self.points.len(), numbers.len());
+        for c in 0..numbers.len() {
             let along = |step: f64| {
-                let mut moved = values.to_vec();
+                let mut moved = numbers.to_vec();
                 moved[c] += step;
-                self.at(&moved)
+                residuals(&moved)
             };
-            jacobian.set_column(c, &slopes(&along(step), &along(-step), &|| self.at(values), step));
+            let step = step(c);
+            jacobian.set_column(c, &slopes(&along(step), &along(-step), &|| residuals(numbers), step));
         }
         jacobian
     }
@@ -176,17 +187,7 @@ impl<'a> Residuals<'a> {
     }
 
     fn free_jacobian(&self, free: &[f64]) -> DMatrix<f64> {
-        let mut jacobian = DMatrix::zeros(self.points.len(), free.len());
-        for c in 0..free.len() {
-            let step = STEP * (1.0 + free[c].abs());
-            let along = |step: f64| {
-                let mut moved = free.to_vec();
-                moved[c] += step;
-                self.at(&self.values(&moved))
-            };
-            jacobian.set_column(c, &slopes(&along(step), &along(-step), &|| self.at(&self.values(free)), step));
-        }
-        jacobian
+        self.differences(free, &|c| STEP * (1.0 + free[c].abs()), &|free| self.at(&self.values(free)))
     }
 }
 

@@ -17,6 +17,7 @@ use faer::{Par, Side, Spec};
 use crate::assembly::{Pattern, release};
 use crate::each::{Each, sum_of};
 use crate::error::LinearError;
+use crate::rows::Rows;
 
 use super::factors::{Cholesky, Kind, Matrix, Memory, check_length, out_of_memory, signs};
 use super::{Inertia, LinearSolver, LinearSystem, MatrixClass};
@@ -138,8 +139,12 @@ fn symbolic(pattern: &Pattern, columns: &[u32], order: &[usize]) -> Result<Symbo
     if order.iter().copied().eq(0..n) {
         // Without a permutation the numeric phase reads the matrix where it is. The symbolic one then takes any
         // pattern for an upper triangle, and gets the transpose.
-        let (columns, rows) = transposed(pattern);
-        let upper = SymbolicSparseColMatRef::new_checked(n, n, &columns, None, &rows);
+        let transposed = Rows::new(n, &|add| {
+            for column in 0..n {
+                pattern.column(column).iter().for_each(|&row| add(row as usize, column as u32));
+            }
+        });
+        let upper = SymbolicSparseColMatRef::new_checked(n, n, &transposed.starts, None, &transposed.entries);
         return factorize_symbolic_cholesky(upper, Side::Upper, SymmetricOrdering::Identity, params).map_err(failed);
     }
     let mut inverse = vec![u32::MAX; n];
@@ -153,27 +158,6 @@ fn symbolic(pattern: &Pattern, columns: &[u32], order: &[usize]) -> Result<Symbo
     let lower = SymbolicSparseColMatRef::new_checked(n, n, columns, None, &pattern.rows);
     let ordering = SymmetricOrdering::Custom(PermRef::new_checked(&forward, &inverse, n));
     factorize_symbolic_cholesky(lower, Side::Lower, ordering, params).map_err(failed)
-}
-
-/// Columns and rows of the upper triangle.
-fn transposed(pattern: &Pattern) -> (Vec<u32>, Vec<u32>) {
-    let n = pattern.size();
-    let mut columns = vec![0u32; n + 1];
-    for &row in pattern.rows.iter() {
-        columns[row as usize + 1] += 1;
-    }
-    for k in 0..n {
-        columns[k + 1] += columns[k];
-    }
-    let mut next = columns.clone();
-    let mut rows = vec![0u32; pattern.entries()];
-    for column in 0..n {
-        for &row in pattern.column(column) {
-            rows[next[row as usize] as usize] = column as u32;
-            next[row as usize] += 1;
-        }
-    }
-    (columns, rows)
 }
 
 impl Cholesky {
@@ -218,6 +202,8 @@ impl Cholesky {
         if let Some(place) = values.iter().position(|v| !v.is_finite()) {
             return Err(LinearError::Pivot { pivot: place, hint: "the matrix has entries that are not finite" });
         }
+        // What the factors held before is overwritten.
+        self.values.resize(self.symbolic.len_val(), 0.0);
         let class = self.class;
         let (kind, inertia) = match class {
             MatrixClass::Definite if self.cholesky(values)? => {
@@ -239,8 +225,6 @@ impl Cholesky {
     /// $LBL^T$ with pivoting inside supernodes; the signs of its pivots.
     fn bunch_kaufman(&mut self, values: &[f64]) -> Result<Option<Inertia>, LinearError> {
         let matrix = Matrix { columns: &self.columns, rows: &self.rows, values }.lower();
-        // What they held before is overwritten.
-        self.values.resize(self.symbolic.len_val(), 0.0);
         self.subdiagonal.clear();
         self.subdiagonal.resize(self.n, 0.0);
         self.forward.resize(self.n, 0);
@@ -280,8 +264,6 @@ impl Cholesky {
             return Ok(false);
         }
         let matrix = Matrix { columns: &self.columns, rows: &self.rows, values }.lower();
-        // What they held before is overwritten.
-        self.values.resize(self.symbolic.len_val(), 0.0);
         let request = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
         let memory = self.memory.reserve(request)?;
         let result = self.symbolic.factorize_numeric_ldlt(
@@ -317,8 +299,6 @@ impl Cholesky {
     /// Tries $LL^T$; `false` where the matrix is not positive definite.
     fn cholesky(&mut self, values: &[f64]) -> Result<bool, LinearError> {
         let matrix = Matrix { columns: &self.columns, rows: &self.rows, values }.lower();
-        // What they held before is overwritten.
-        self.values.resize(self.symbolic.len_val(), 0.0);
         let request = self.symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
         let memory = self.memory.reserve(request)?;
         let result = self.symbolic.factorize_numeric_llt(

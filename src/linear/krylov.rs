@@ -80,10 +80,7 @@ impl LinearSolver for Krylov {
 
     fn analyze(&mut self, pattern: &Pattern, class: MatrixClass, _: Option<&[usize]>) -> Result<(), LinearError> {
         pattern.validate()?;
-        let rows = match class {
-            MatrixClass::Definite => 0,
-            MatrixClass::Saddle { constraints } => constraints,
-        };
+        let rows = class.constraints();
         let unknowns = pattern.size() - rows;
         ensure!(
             unknowns == self.auxiliary.model.unknowns(),

@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use crate::each::{Each, array_of, list_of};
+use crate::each::{Each, list_of};
 use crate::error::MeshError;
 use crate::geometry::Point;
 
 use super::elements::{Elements, Group};
-use super::{CellShape, Mesh};
+use super::{CellShape, Mesh, sorted};
 
 /// Nodes of a mesh and those in the middle of its edges, faces and cells, by what they are in the middle of.
 struct Middles<'a, const D: usize> {
@@ -22,9 +22,7 @@ impl<const D: usize> Middles<'_, D> {
         if let &[corner] = corners {
             return corner;
         }
-        let mut key = [u32::MAX; 8];
-        key[..corners.len()].copy_from_slice(corners);
-        key.sort_unstable();
+        let key = sorted(corners);
         let next = self.points.len() as u32;
         let number = *self.known.entry(key).or_insert(next);
         if number == next {
@@ -94,25 +92,14 @@ fn parts(shape: CellShape) -> Vec<(CellShape, Vec<Vec<usize>>)> {
                 .collect()
         }
         CellShape::Hexahedron => {
-            let steps: [[usize; 8]; 8] = array_of(|corner| {
-                // Corners by their bits along three axes, Gmsh's order turning in each face.
-                let bits = |c: usize| [(c & 1) ^ ((c >> 1) & 1), (c >> 1) & 1, (c >> 2) & 1];
-                let own = bits(corner);
-                array_of(|k| {
-                    let other = bits(k);
-                    // The corner k of the part is the middle of all corners between `own` and it.
-                    (0..3).fold(0, |code, i| code | (usize::from(other[i] != own[i]) << i))
-                })
-            });
+            // Corners by their bits along three axes, Gmsh's order turning in each face.
             let bits = |c: usize| [(c & 1) ^ ((c >> 1) & 1), (c >> 1) & 1, (c >> 2) & 1];
-            list_of(8, |corner| {
-                let sets = steps[corner].map(|free| {
-                    (0..8)
-                        .filter(|&c| (0..3).all(|i| (free >> i) & 1 == 1 || bits(c)[i] == bits(corner)[i]))
-                        .collect::<Vec<usize>>()
-                });
-                (shape, sets.to_vec())
-            })
+            // Corner k of the part at a corner is the middle of all corners between the two.
+            let between = |corner: usize, k: usize, c: usize| {
+                (0..3).all(|i| bits(c)[i] == bits(corner)[i] || bits(c)[i] == bits(k)[i])
+            };
+            let set = |corner, k| (0..8).filter(|&c| between(corner, k, c)).collect();
+            list_of(8, |corner| (shape, list_of(8, |k| set(corner, k))))
         }
         CellShape::Tetrahedron => Vec::new(),
     }
@@ -204,12 +191,7 @@ impl<const D: usize> Mesh<D> {
     /// of second order have them.
     fn curved_parts(&self, middles: &Middles<'_, D>) -> HashMap<[u32; 2], Point<D>> {
         let mut curved = HashMap::with_capacity(4 * self.curved.len());
-        let number = |corners: &[u32]| {
-            let mut key = [u32::MAX; 8];
-            key[..corners.len()].copy_from_slice(corners);
-            key.sort_unstable();
-            middles.known.get(&key).copied()
-        };
+        let number = |corners: &[u32]| middles.known.get(&sorted(corners)).copied();
         let at = |node: u32| middles.points[node as usize];
         for (&[a, b], middle) in &self.curved {
             let Some(m) = number(&[a, b]) else { continue };

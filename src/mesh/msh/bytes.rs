@@ -205,6 +205,20 @@ impl<'a> Bytes<'a> {
         }
     }
 
+    /// Goes to the numbers of a section, which may be binary.
+    pub(crate) fn begin_numbers(&mut self) -> Result<(), MeshError> {
+        if self.is_text() { Ok(()) } else { self.end_line() }
+    }
+
+    /// Three coordinates, and so many numbers behind them that say nothing of the place.
+    pub(crate) fn place(&mut self, more: i64) -> Result<[f64; 3], MeshError> {
+        let at = [self.real()?, self.real()?, self.real()?];
+        for _ in 0..more {
+            self.real()?;
+        }
+        Ok(at)
+    }
+
     /// A count of things that take at least so many bytes each: what the file can't hold is no count.
     pub(crate) fn count_of(&self, count: u64, text: usize, binary: usize) -> Result<usize, MeshError> {
         let each = if self.is_text() { text } else { binary };

@@ -11,17 +11,13 @@ use super::reading::{Reading, kind};
 pub(super) fn nodes(bytes: &mut Bytes<'_>, content: &mut Reading, parametric: bool) -> Result<(), MeshError> {
     bytes.enter(if parametric { "ParametricNodes" } else { "Nodes" });
     let count = bytes.text_integer()?.max(0) as u64;
-    let count = if bytes.is_text() {
-        bytes.count_of(count, 8, 28)?
-    } else {
-        bytes.end_line()?;
-        bytes.count_of(count, 8, 28)?
-    };
+    bytes.begin_numbers()?;
+    let count = bytes.count_of(count, 8, 28)?;
     let (mut tags, mut points) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for _ in 0..count {
         let tag = bytes.int()?;
         tags.push(u64::try_from(tag).map_err(|_| bytes.malformed("Nodes", format!("a node has the number {tag}")))?);
-        points.push([bytes.real()?, bytes.real()?, bytes.real()?]);
+        points.push(bytes.place(0)?);
         if parametric {
             let (dimension, _) = (bytes.int()?, bytes.int()?);
             for _ in 0..if matches!(dimension, 1 | 2) { dimension } else { 0 } {
@@ -36,9 +32,7 @@ pub(super) fn elements(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(
     bytes.enter("Elements");
     content.begin_elements()?;
     let count = bytes.text_integer()?.max(0) as u64;
-    if !bytes.is_text() {
-        bytes.end_line()?;
-    }
+    bytes.begin_numbers()?;
     let count = bytes.count_of(count, 4, 8)?;
     // Elements of an entity with several physical groups are written once for each of them.
     let mut groups_of: HashMap<(usize, i64), Vec<i64>> = HashMap::new();

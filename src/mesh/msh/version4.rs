@@ -5,23 +5,16 @@ use crate::error::MeshError;
 use super::bytes::Bytes;
 use super::reading::{Reading, kind};
 
-/// Begins a section whose numbers may be binary.
-fn begin(bytes: &mut Bytes<'_>, section: &'static str) -> Result<(), MeshError> {
-    bytes.enter(section);
-    if bytes.is_text() { Ok(()) } else { bytes.end_line() }
-}
-
 /// Physical groups of the geometric entities.
 pub(super) fn entities(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(), MeshError> {
-    begin(bytes, "Entities")?;
+    bytes.enter("Entities");
+    bytes.begin_numbers()?;
     let counts = [bytes.size()?, bytes.size()?, bytes.size()?, bytes.size()?];
     for (dimension, count) in counts.into_iter().enumerate() {
         for _ in 0..bytes.count_of(count, 8, 36)? {
             let tag = bytes.int()?;
             // A point has its position, all others a box.
-            for _ in 0..if dimension == 0 { 3 } else { 6 } {
-                bytes.real()?;
-            }
+            bytes.place(if dimension == 0 { 0 } else { 3 })?;
             let count = bytes.size()?;
             let mut physical = Vec::new();
             for _ in 0..bytes.count_of(count, 2, 4)? {
@@ -42,7 +35,8 @@ pub(super) fn entities(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(
 }
 
 pub(super) fn nodes(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(), MeshError> {
-    begin(bytes, "Nodes")?;
+    bytes.enter("Nodes");
+    bytes.begin_numbers()?;
     let (blocks, count) = (bytes.size()?, bytes.size()?);
     let (_, _) = (bytes.size()?, bytes.size()?);
     let count = bytes.count_of(count, 8, 32)?;
@@ -59,17 +53,15 @@ pub(super) fn nodes(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(), 
         }
         let extra = if parametric == 0 { 0 } else { dimension.clamp(0, 3) };
         for _ in 0..in_block {
-            points.push([bytes.real()?, bytes.real()?, bytes.real()?]);
-            for _ in 0..extra {
-                bytes.real()?;
-            }
+            points.push(bytes.place(extra)?);
         }
     }
     content.take_nodes(tags, points)
 }
 
 pub(super) fn elements(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(), MeshError> {
-    begin(bytes, "Elements")?;
+    bytes.enter("Elements");
+    bytes.begin_numbers()?;
     content.begin_elements()?;
     let (blocks, _) = (bytes.size()?, bytes.size()?);
     let (_, _) = (bytes.size()?, bytes.size()?);
