@@ -58,10 +58,10 @@ impl<const D: usize> BinGrid<D> {
         let mut mean = Point::<D>::zeros();
         for &particle in some {
             let (x, half) = (particles.positions()[particle as usize], half_widths(particles, particle));
-            covered = covered.join(&Bounds { low: x - half, high: x + half });
+            covered = covered.join(&Bounds::of([&x]).widened(&half));
             mean += half / some.len() as f64;
         }
-        let (min, max) = (covered.low.sup(&room.low), covered.high.inf(&room.high));
+        let Bounds { low: min, high: max } = covered.common(&room);
         // Bins half a support wide keep the lists short at a bounded number of entries per particle.
         let mut ideal = point_of::<D>(|i| (2.0 * (max[i] - min[i]) / mean[i]).max(1.0));
         let bins: f64 = ideal.iter().product();

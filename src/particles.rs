@@ -4,7 +4,7 @@ use nalgebra::SMatrix;
 
 use crate::each::{Each, IntoEach, list_of, point_of, sum_of};
 use crate::error::ApproximationError;
-use crate::geometry::Point;
+use crate::geometry::{Bounds, Point};
 use crate::neighbours::BoxTree;
 use crate::tensor::small_inverse;
 
@@ -198,15 +198,12 @@ fn check_places<const D: usize>(
 
 /// The first particle in a sweep across the set that shares its place with another one.
 fn coincident<const D: usize>(positions: &[Point<D>], half_widths: &dyn Fn(usize) -> Point<D>) -> Option<usize> {
-    let (mut min, mut max) = (positions[0], positions[0]);
-    for x in positions {
-        (min, max) = (min.inf(x), max.sup(x));
-    }
-    let spacing = (max - min).max() / (positions.len() as f64).powf(1.0 / D as f64);
+    let bounds = Bounds::of(positions);
+    let spacing = bounds.extent().max() / (positions.len() as f64).powf(1.0 / D as f64);
     let reach = |i: usize| half_widths(i).map(|half| ONE_PLACE * half.min(spacing));
     // A slanting direction, along which no two nodes of an ordinary lattice are level.
     const DIRECTION: [f64; 3] = [1.0, 0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-    let along: Vec<f64> = positions.mapped(|x| sum_of(D, |k| (x[k] - min[k]) * DIRECTION[k % 3]));
+    let along: Vec<f64> = positions.mapped(|x| sum_of(D, |k| (x[k] - bounds.low[k]) * DIRECTION[k % 3]));
     let mut order: Vec<usize> = (0..positions.len()).collect();
     crate::order::sort(&mut order, &|&i, &j| along[i].total_cmp(&along[j]));
     for (place, &i) in order.iter().enumerate() {

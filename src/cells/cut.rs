@@ -722,7 +722,7 @@ impl Cells<3> for CutLattice {
         }
         let positions = &self.placed.positions;
         self.free(|part, particle, share| {
-            inner[zone_of[part as usize] as usize].free.add(&positions[particle], share);
+            inner[zone_of[part as usize] as usize].free.add_point(&positions[particle], share);
         });
         let mut sides: Vec<BTreeMap<u32, f64>> = vec![BTreeMap::new(); count];
         for (section, beside) in self.sections.sections.iter().zip(&self.parts.beside) {
@@ -769,7 +769,7 @@ impl Cells<3> for CutLattice {
         let positions = &self.placed.positions;
         self.free(|part, particle, share| {
             if let Some(own) = inner.get_mut(zone_of[part as usize] as usize) {
-                own.free.add(&positions[particle], share);
+                own.free.add_point(&positions[particle], share);
             }
         });
         let along = inner.iter().map(Inner::directions);

@@ -47,13 +47,27 @@ impl Inertia {
         }
     }
 
+    pub(super) fn centre(&self) -> Vec3 {
+        self.first / self.measure
+    }
+
+    /// The second moments about the centre over the measure.
+    pub(super) fn variance(&self) -> Mat3 {
+        let centre = self.centre();
+        self.second / self.measure - centre * centre.transpose()
+    }
+
+    /// Adds second moments that are the same along all axes.
+    pub(super) fn spread(&mut self, moment: f64) {
+        self.second += Mat3::identity() * moment;
+    }
+
     /// The centre, and the semi-axes of the points' spread: $\sqrt{\lambda_k}\,e_k$ with the eigenvalues of the second moments over the
     /// measure, the largest first.
     pub(super) fn axes(&self) -> (Vec3, [Vec3; 3]) {
-        let centre = self.first / self.measure;
-        let eigen = SymmetricEigen::new(self.second / self.measure - centre * centre.transpose());
+        let eigen = SymmetricEigen::new(self.variance());
         (
-            centre,
+            self.centre(),
             falling(eigen.eigenvalues.into())
                 .each(|k| eigen.eigenvectors.column(k) * eigen.eigenvalues[k].max(0.0).sqrt()),
         )

@@ -51,24 +51,10 @@ impl<const D: usize> Lattice<D> {
     pub fn new(domain: &(impl Domain<D> + ?Sized), counts: [usize; D], layout: &Layout) -> Result<Self, GeometryError> {
         check_dimension::<D>()?;
         domain.validate()?;
-        let mut total = 1usize;
-        for &count in &counts {
-            if count < 2 {
-                return Err(GeometryError::Count {
-                    what: "nodes along an axis",
-                    count,
-                    needed: "at least 2 are needed",
-                });
-            }
-            total = total.saturating_mul(count);
+        if let Some(&count) = counts.iter().find(|count| **count < 2) {
+            return Err(GeometryError::Count { what: "nodes along an axis", count, needed: "at least 2 are needed" });
         }
-        if total > NODE_LIMIT {
-            return Err(GeometryError::Count {
-                what: "nodes of a lattice",
-                count: total,
-                needed: "at most 2e7 are accepted",
-            });
-        }
+        let total = node_count(&counts)?;
         if let Layout::Jittered { amount, .. } = layout
             && !(*amount >= 0.0 && *amount < 0.5)
         {
@@ -138,7 +124,7 @@ impl<const D: usize> Lattice<D> {
     /// Where the number of positions is not the product of the counts, or a cell is inverted.
     pub fn from_positions(counts: [usize; D], positions: Vec<Point<D>>) -> Result<Self, GeometryError> {
         check_dimension::<D>()?;
-        let total = counts.iter().fold(1usize, |product, &count| product.saturating_mul(count));
+        let total = product(&counts);
         if counts.iter().any(|&c| c < 2) || total != positions.len() {
             return Err(GeometryError::Count {
                 what: "lattice positions",
@@ -298,13 +284,7 @@ impl<const D: usize> Lattice<D> {
     /// The indices of all nodes, the first one fastest.
     pub(crate) fn indices(&self) -> impl Iterator<Item = [usize; D]> {
         let counts = self.counts;
-        (0..counts.iter().product()).map(move |mut rest: usize| {
-            counts.each(|count| {
-                let index = rest % count;
-                rest /= count;
-                index
-            })
-        })
+        (0..counts.iter().product()).map(move |node| unravel(node, &counts))
     }
 
     /// Whether its lines run along the axes, so that no two of its faces look at each other from outside.
@@ -333,14 +313,7 @@ impl<const D: usize> Lattice<D> {
     pub fn refined(&self, parts: usize) -> Result<Lattice<D>, GeometryError> {
         check_parts(parts)?;
         let counts = self.counts.each(|c| (c - 1).saturating_mul(parts).saturating_add(1));
-        let total = counts.iter().fold(1usize, |product, &count| product.saturating_mul(count));
-        if total > NODE_LIMIT {
-            return Err(GeometryError::Count {
-                what: "nodes of a lattice",
-                count: total,
-                needed: "at most 2e7 are accepted",
-            });
-        }
+        node_count(&counts)?;
         let at = |cell: usize, local: &Point<D>| self.shape(cell).map(local).0;
         let positions = self.subdivided(parts, at);
         let middles = if self.is_curved() { self.subdivided(2 * parts, at) } else { Vec::new() };
@@ -363,6 +336,17 @@ impl<const D: usize> Lattice<D> {
         let lines = if self.lines.is_empty() { Vec::new() } else { kept.mapped(|&k| self.lines[k]) };
         Lattice { lines, ..Lattice::straight(counts, kept.mapped(|&k| self.positions[k])) }
     }
+}
+
+fn product(counts: &[usize]) -> usize {
+    counts.iter().fold(1, |product, &count| product.saturating_mul(count))
+}
+
+/// The number of nodes; refuses too many.
+fn node_count(counts: &[usize]) -> Result<usize, GeometryError> {
+    let (count, needed) = (product(counts), "at most 2e7 are accepted");
+    ensure!(count <= NODE_LIMIT, GeometryError::Count { what: "nodes of a lattice", count, needed });
+    Ok(count)
 }
 
 /// Whether unit vectors are those of the axes, in any order: boxes along them are boxes along the axes.

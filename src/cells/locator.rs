@@ -7,19 +7,13 @@ use crate::geometry::{Bounds, Point};
 use crate::neighbours::BoxTree;
 
 /// A tree of the boxes around cells, built when it is first used.
-#[derive(Clone, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Locator<const D: usize>(OnceLock<BoxTree<D>>);
 
 /// What is found with it follows from the cells.
 impl<const D: usize> PartialEq for Locator<D> {
     fn eq(&self, _: &Self) -> bool {
         true
-    }
-}
-
-impl<const D: usize> std::fmt::Debug for Locator<D> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Locator")
     }
 }
 

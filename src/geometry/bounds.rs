@@ -34,10 +34,24 @@ impl<const D: usize> Bounds<D> {
         self.high - self.low
     }
 
+    /// The part that two boxes have in common; nothing where they have none.
+    pub(crate) fn common(&self, other: &Self) -> Self {
+        Bounds { low: self.low.sup(&other.low), high: self.high.inf(&other.high) }
+    }
+
+    /// The box and a margin along each axis.
+    pub(crate) fn widened(&self, margin: &Point<D>) -> Self {
+        Bounds { low: self.low - margin, high: self.high + margin }
+    }
+
     /// The box and a margin, in parts of its sides.
     pub(crate) fn grown(&self, part: f64) -> Self {
-        let margin = self.extent() * part;
-        Bounds { low: self.low - margin, high: self.high + margin }
+        self.widened(&(self.extent() * part))
+    }
+
+    /// The middle of the box.
+    pub(crate) fn middle(&self) -> Point<D> {
+        (self.low + self.high) * 0.5
     }
 
     /// Whether a point lies in the box.

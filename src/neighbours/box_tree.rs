@@ -53,7 +53,7 @@ impl<const D: usize> BoxTree<D> {
 
     /// A tree of points.
     pub(crate) fn of(points: &[Point<D>]) -> Self {
-        BoxTree::new(points.mapped(|x| Bounds { low: *x, high: *x }))
+        BoxTree::new(points.mapped(|x| Bounds::of([x])))
     }
 
     /// Hands out each part with the numbers of its boxes.

@@ -183,7 +183,7 @@ impl<const D: usize> Sights<D> {
         keep_unreached(flood, cells, &start, (targets, asked), &common, &mut |number| {
             answers.push((particle(number), Seen::Everywhere));
         });
-        let around = |x: &Point<D>| Bounds { low: low.inf(x), high: high.sup(x) };
+        let around = |x: &Point<D>| Bounds::of([&low, &high, x]);
         keep_unreached(flood, cells, &start, (targets, asked), &around, &mut |number| {
             answers.push((particle(number), Seen::Somewhere));
         });
@@ -197,7 +197,7 @@ impl<const D: usize> Sights<D> {
         if start.is_empty() {
             return open.iter().for_each(|&number| seen[number as usize] = true);
         }
-        let own = |x: &Point<D>| Bounds { low: from.inf(x), high: from.sup(x) };
+        let own = |x: &Point<D>| Bounds::of([&*from, x]);
         keep_unreached(flood, cells, start, (targets, open), &own, &mut |number| seen[number as usize] = true);
     }
 }
@@ -227,8 +227,7 @@ fn keep_unreached<const D: usize>(
         let last = asked.len().min(first + GOALS);
         let goal = |number: &u32| {
             let Target { particle, position, margin } = targets[*number as usize];
-            let Bounds { low, high } = corners(&position);
-            Goal { cells: cells.around(particle), within: Bounds { low: low - margin, high: high + margin } }
+            Goal { cells: cells.around(particle), within: corners(&position).widened(&margin) }
         };
         let found = flood.reached(cells, start, &asked[first..last].mapped(goal));
         for place in first..last {

@@ -108,7 +108,7 @@ impl<const D: usize> Between<D> {
                 let origin = positions[own[*first]];
                 let Some(inverse) = small_inverse(&SMatrix::from_fn(|i, k| (x(k + 1) - origin)[i])) else { continue };
                 simplices.push((cell as u32, origin, inverse));
-                boxes.push((0..=D).map(x).fold(Bounds::none(), |all, x| all.join(&Bounds { low: x, high: x })));
+                boxes.push(Bounds::of(&list_of(D + 1, x)));
             }
         }
         let sizes = boxes.mapped(|own: &Bounds<D>| own.extent().norm());
@@ -203,8 +203,7 @@ fn near_slots<const D: usize>(
 ) -> Vec<bool> {
     let around = |particle: usize| {
         let reach = particles.supports()[particle].half_widths() + margins[particle] * 2.0;
-        let x = particles.positions()[particle];
-        Bounds { low: x - reach, high: x + reach }
+        Bounds::of([&particles.positions()[particle]]).widened(&reach)
     };
     let tree = BoxTree::new(list_of(margins.len(), around));
     let facets = merged(facets, margins.iter().fold(f64::INFINITY, |least, margin| least.min(margin.min() / MARGIN)));

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::each::{Each, EachOf, IntoEach};
 use crate::error::{GeometryError, Invalid, SolidError};
-use crate::geometry::{Block, Point, Vec3, double_area};
+use crate::geometry::{Block, Bounds, Point, Vec3, double_area};
 use crate::mesh::Mesh;
 
 use super::crossing::first_crossing;
@@ -46,7 +46,7 @@ pub struct Solid3 {
     pub(super) normals: Vec<Vec3>,
     pub(super) tree: Tree,
     parts: Vec<(String, Vec<u32>)>,
-    bounds: Block<3>,
+    bounds: Bounds<3>,
     area: f64,
     volume: f64,
 }
@@ -174,7 +174,7 @@ impl Solid3 {
             return Ok(self);
         }
         let mut volumes = vec![0.0; widest.len()];
-        let middle = (self.bounds.min + self.bounds.max) * 0.5;
+        let middle = self.bounds.middle();
         for (facet, &part) in self.facets.iter().zip(&part) {
             volumes[part as usize] += (self.vertices[facet[0] as usize] - middle).dot(&normal(&self.vertices, *facet));
         }
@@ -221,11 +221,8 @@ impl Solid3 {
 
     /// Normals, tree, area and volume of facets that face outwards.
     pub(super) fn measured(vertices: Vec<Vec3>, facets: Vec<[u32; 3]>) -> Self {
-        let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
-        for &vertex in facets.iter().flatten() {
-            (low, high) = (low.inf(&vertices[vertex as usize]), high.sup(&vertices[vertex as usize]));
-        }
-        let middle = (low + high) * 0.5;
+        let bounds = Bounds::of(facets.iter().flatten().map(|vertex| &vertices[*vertex as usize]));
+        let middle = bounds.middle();
         let (mut area, mut volume) = (0.0, 0.0);
         let normals = facets.iter().map(|&facet| {
             let normal = normal(&vertices, facet);
@@ -237,7 +234,6 @@ impl Solid3 {
         });
         let normals = normals.collect();
         let tree = Tree::new(&vertices, &facets);
-        let bounds = Block { min: low, max: high };
         Solid3 { vertices, facets, normals, tree, parts: Vec::new(), bounds, area, volume }
     }
 
@@ -306,7 +302,7 @@ impl Solid3 {
 
     /// The smallest block around the solid.
     pub fn bounds(&self) -> Block<3> {
-        self.bounds
+        Block { min: self.bounds.low, max: self.bounds.high }
     }
 
     /// How often the surface winds about a point: one inside, zero outside, to a few hundredths; on the surface a half.
@@ -319,8 +315,7 @@ impl Solid3 {
 
     /// Whether a point is inside: its winding number is above a half.
     pub fn contains(&self, x: &Vec3) -> bool {
-        let Block { min, max } = &self.bounds;
-        (0..3).all(|i| x[i] >= min[i] && x[i] <= max[i]) && self.winding_number(x) > 0.5
+        self.bounds.holds(x) && self.winding_number(x) > 0.5
     }
 
     /// The nearest point of the surface.
@@ -347,7 +342,7 @@ pub(super) fn checked(vertices: &[Vec3], facets: &[[u32; 3]]) -> Result<f64, Geo
         GeometryError::Count { what: "facets", count: facets.len(), needed: "up to 2^30 are possible" }
     );
     let mut largest = 0.0f64;
-    let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    let mut bounds = Bounds::none();
     for (facet, corners) in facets.iter().enumerate() {
         for &vertex in corners {
             let dangling = SolidError::DanglingVertex { facet, vertex, count: vertices.len() };
@@ -356,11 +351,11 @@ pub(super) fn checked(vertices: &[Vec3], facets: &[[u32; 3]]) -> Result<f64, Geo
                 let what = format!("coordinate of vertex {vertex}, facet {facet}");
                 return Err(Invalid::new(what, value, "give finite coordinates of a size below 1e60").into());
             }
-            (low, high) = (low.inf(x), high.sup(x));
+            bounds = bounds.join(&Bounds::of([x]));
             largest = largest.max(x.amax());
         }
     }
-    let extent = (high - low).amax();
+    let extent = bounds.extent().amax();
     ensure!(
         extent >= SIZES[0],
         Invalid::new("extent of the surface", extent, "all vertices are at one place: give a solid")

@@ -8,7 +8,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use crate::each::{Each, EachOf, array_of, list_of, point_of};
 use crate::error::{GeometryError, SolidError};
-use crate::geometry::{Block, Vec3, double_area};
+use crate::geometry::{Bounds, Vec3, double_area};
 use crate::parallel::map_with;
 
 use super::closed::{SAME, Solid3};
@@ -37,9 +37,9 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    fn new(program: &Program, bounds: &Block<3>, h: f64) -> Result<Self, GeometryError> {
-        let low = point_of::<3>(|i| bounds.min[i] - BEFORE[i] * h);
-        let wide: [f64; 3] = array_of(|i| ((bounds.max[i] - low[i]) / h).ceil() + 2.0);
+    fn new(program: &Program, bounds: &Bounds<3>, h: f64) -> Result<Self, GeometryError> {
+        let low = point_of::<3>(|i| bounds.low[i] - BEFORE[i] * h);
+        let wide: [f64; 3] = array_of(|i| ((bounds.high[i] - low[i]) / h).ceil() + 2.0);
         ensure!(
             wide.iter().product::<f64>() <= MOST as f64,
             GeometryError::Count {
@@ -263,10 +263,10 @@ fn link(grid: &Grid, crossed: &mut [Crossed]) -> Vec<Sheet> {
 }
 
 /// The solid within the surface of a shape, on a grid of spacing `h` over its bounds.
-pub(super) fn contour(node: &Node, bounds: &Block<3>, h: f64) -> Result<Solid3, GeometryError> {
-    let program = Program::new(node, (bounds.max - bounds.min).amax());
+pub(super) fn contour(node: &Node, bounds: &Bounds<3>, h: f64) -> Result<Solid3, GeometryError> {
+    let program = Program::new(node, bounds.extent().amax());
     let grid = Grid::new(&program, bounds, h)?;
-    ensure!(grid.is_closed(), SolidError::Coarse { at: bounds.min.into(), spacing: h });
+    ensure!(grid.is_closed(), SolidError::Coarse { at: bounds.low.into(), spacing: h });
     let mut crossed = grid.crossed(&program);
     ensure!(
         !crossed.is_empty(),

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::{Rotation3, Unit};
 
-use crate::each::{EachOf, array_of, point_of, sum_of};
+use crate::each::{EachOf, array_of, list_of, point_of, sum_of};
 use crate::error::{GeometryError, Invalid, SolidError};
-use crate::geometry::{Block, Point, Vec3};
+use crate::geometry::{Bounds, Point, Vec3};
 
 use super::closed::Solid3;
 use super::contour::contour;
@@ -36,7 +36,7 @@ const FINER: f64 = 0.91;
 #[derive(Debug, Clone)]
 pub struct Shape {
     node: Node,
-    bounds: Block<3>,
+    bounds: Bounds<3>,
     /// What a primitive was given and can't be.
     invalid: Option<GeometryError>,
 }
@@ -73,39 +73,33 @@ fn plane(point: Vec3, normal: Vec3) -> Node {
 }
 
 /// The bounds of a disc.
-fn disc(centre: Vec3, axis: &Vec3, radius: f64) -> Block<3> {
-    let half = point_of::<3>(|i| radius * (1.0 - axis[i] * axis[i]).max(0.0).sqrt());
-    Block { min: centre - half, max: centre + half }
-}
-
-fn around(a: &Block<3>, b: &Block<3>) -> Block<3> {
-    Block { min: a.min.inf(&b.min), max: a.max.sup(&b.max) }
+fn disc(centre: &Vec3, axis: &Vec3, radius: f64) -> Bounds<3> {
+    Bounds::of([centre]).widened(&point_of::<3>(|i| radius * (1.0 - axis[i] * axis[i]).max(0.0).sqrt()))
 }
 
 impl Shape {
-    fn of(node: Node, bounds: Block<3>, invalid: Option<GeometryError>) -> Self {
+    fn of(node: Node, bounds: Bounds<3>, invalid: Option<GeometryError>) -> Self {
         Shape { node, bounds, invalid }
     }
 
     /// A ball.
     pub fn sphere(centre: [f64; 3], radius: f64) -> Self {
         let centre = Point::from(centre);
-        let half = Vec3::repeat(radius);
-        let bounds = Block { min: centre - half, max: centre + half };
+        let bounds = Bounds::of([&centre]).widened(&Vec3::repeat(radius));
         let invalid = needs(&[("radius of a sphere", radius)]).or_else(|| place("centre of a sphere", &centre));
         Self::of(leaf(Surface::Sphere { centre, radius }), bounds, invalid)
     }
 
     /// A block between two corners.
     pub fn block(min: [f64; 3], max: [f64; 3]) -> Self {
-        let bounds = Block::new(min, max);
+        let bounds = Bounds { low: min.into(), high: max.into() };
         let sides = (0..6).map(|k| {
-            let (axis, corner) = (k / 2, if k % 2 == 0 { bounds.min } else { bounds.max });
+            let (axis, corner) = (k / 2, if k % 2 == 0 { bounds.low } else { bounds.high });
             let mut normal = Vec3::zeros();
             normal[axis] = if k % 2 == 0 { -1.0 } else { 1.0 };
             plane(corner, normal)
         });
-        let extents = (bounds.max - bounds.min).map(|extent| ("extent of a block", extent));
+        let extents = bounds.extent().map(|extent| ("extent of a block", extent));
         Self::of(Node::Intersection(sides.collect()), bounds, needs(extents.as_slice()))
     }
 
@@ -131,7 +125,7 @@ impl Shape {
             let slant = length.hypot(second - first);
             Surface::Cone { apex, axis, cos: length / slant, sin: (second - first).abs() / slant }
         };
-        let bounds = around(&disc(from, &axis, first), &disc(to, &axis, second));
+        let bounds = disc(&from, &axis, first).join(&disc(&to, &axis, second));
         let mut sides = vec![leaf(side)];
         sides.extend(
             [(from, -axis, first), (to, axis, second)].iter().filter(|end| end.2 > 0.0).map(|e| plane(e.0, e.1)),
@@ -143,9 +137,7 @@ impl Shape {
     pub fn torus(centre: [f64; 3], axis: [f64; 3], major: f64, minor: f64) -> Self {
         let (centre, along) = (Point::from(centre), direction("axis of a torus", axis));
         let axis = along.clone().unwrap_or_else(|_| Point::z());
-        let ring = disc(centre, &axis, major);
-        let half = Vec3::repeat(minor);
-        let bounds = Block { min: ring.min - half, max: ring.max + half };
+        let bounds = disc(&centre, &axis, major).widened(&Vec3::repeat(minor));
         let lengths = [("section of a torus", minor), ("radius of a torus, less that of its section", major - minor)];
         let invalid = needs(&lengths).or(along.err()).or_else(|| place("centre of a torus", &centre));
         Self::of(leaf(Surface::Torus { centre, axis, major, minor }), bounds, invalid)
@@ -156,7 +148,7 @@ impl Shape {
         let all = Vec3::repeat(f64::INFINITY);
         let (point, normal) = (Point::from(point), direction("normal of a half space", normal));
         let invalid = normal.clone().err().or_else(|| place("point of a half space", &point));
-        Self::of(plane(point, normal.unwrap_or_else(|_| Point::z())), Block { min: -all, max: all }, invalid)
+        Self::of(plane(point, normal.unwrap_or_else(|_| Point::z())), Bounds { low: -all, high: all }, invalid)
     }
 
     /// The points of a block where a function is negative; it should be smooth, and about as steep everywhere near its zeros.
@@ -224,7 +216,7 @@ impl Shape {
 
     /// Both shapes together.
     pub fn union(self, other: Shape) -> Self {
-        let bounds = around(&self.bounds, &other.bounds);
+        let bounds = self.bounds.join(&other.bounds);
         let mut members = Vec::new();
         for node in [self.node, other.node] {
             match node {
@@ -237,7 +229,7 @@ impl Shape {
 
     /// What both shapes share.
     pub fn intersect(self, other: Shape) -> Self {
-        let bounds = Block { min: self.bounds.min.sup(&other.bounds.min), max: self.bounds.max.inf(&other.bounds.max) };
+        let bounds = self.bounds.common(&other.bounds);
         let mut members = Vec::new();
         for node in [self.node, other.node] {
             match node {
@@ -265,24 +257,20 @@ impl Shape {
         };
         let (axis, angle) = (along.clone().unwrap_or_else(|_| Point::z()), if angle.is_finite() { angle } else { 0.0 });
         let turn = Rotation3::from_axis_angle(&Unit::new_unchecked(axis), angle);
-        let mut bounds = Block { min: Point::repeat(f64::INFINITY), max: Point::repeat(f64::NEG_INFINITY) };
-        if self.bounds.min.iter().chain(&self.bounds.max).all(|x| x.is_finite()) {
-            for corner in 0..8 {
-                let at = point_of::<3>(|i| [self.bounds.min, self.bounds.max][corner >> i & 1][i]);
-                bounds = around(&bounds, &Block { min: turn * at, max: turn * at });
-            }
-        } else {
-            bounds = self.bounds;
-            bounds.min.fill(f64::NEG_INFINITY);
-            bounds.max.fill(f64::INFINITY);
-        }
+        let ends = [self.bounds.low, self.bounds.high];
+        let corner = |corner: usize| turn * point_of::<3>(|i| ends[corner >> i & 1][i]);
+        let all = Vec3::repeat(f64::INFINITY);
+        let bounds = match ends.iter().flatten().all(|x| x.is_finite()) {
+            true => Bounds::of(&list_of(8, corner)),
+            false => Bounds { low: -all, high: all },
+        };
         Self::of(self.node.moved(&turn, &Point::zeros()), bounds, self.invalid.or(along.err()).or(finite))
     }
 
     /// Shifted by a vector \[length\].
     pub fn translated(self, by: [f64; 3]) -> Self {
         let by = Point::from(by);
-        let bounds = Block { min: self.bounds.min + by, max: self.bounds.max + by };
+        let bounds = Bounds { low: self.bounds.low + by, high: self.bounds.high + by };
         let invalid = self.invalid.or_else(|| place("translation of a shape", &by));
         Self::of(self.node.moved(&Rotation3::identity(), &by), bounds, invalid)
     }
@@ -311,7 +299,7 @@ impl Shape {
             Invalid::new("spacing of a surface", spacing, "give a positive finite length")
         );
         for axis in 0..3 {
-            let extent = self.bounds.max[axis] - self.bounds.min[axis];
+            let extent = self.bounds.extent()[axis];
             ensure!(
                 !(extent < 0.0),
                 SolidError::Empty { what: "the shapes share nothing", remedy: "move them to where they meet" }
@@ -340,7 +328,7 @@ impl Shape {
             Some(
                 SolidError::Crossing { at, .. } | SolidError::Branching { at, .. } | SolidError::Coarse { at, .. },
             ) => at,
-            _ => self.bounds.min.into(),
+            _ => self.bounds.low.into(),
         };
         Err(SolidError::Coarse { at, spacing }.into())
     }

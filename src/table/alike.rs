@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::cells::Smoothing;
 use crate::each::{EachOf, array_of};
-use crate::geometry::Point;
+use crate::geometry::Bounds;
 use crate::shape::{Approximation, ShapeFunctions};
 
 /// Sub-cells below which rows are written one by one.
@@ -42,12 +42,8 @@ impl Surroundings {
     ) -> Option<Likeness> {
         let points = |facet: u32| smoothing.facet(facet as usize);
         let facets = &smoothing.cells[cell];
-        let (mut low, mut high) = (Point::<D>::repeat(f64::INFINITY), Point::<D>::repeat(f64::NEG_INFINITY));
-        for &(facet, _) in facets {
-            for at in &smoothing.facet_points[points(facet)] {
-                (low, high) = (low.inf(at), high.sup(at));
-            }
-        }
+        let at = facets.iter().flat_map(|&(facet, _)| &smoothing.facet_points[points(facet)]);
+        let Bounds { low, high } = Bounds::of(at);
         if !approximation.surroundings(&low, &high, nodes, &mut self.numbers) {
             return None;
         }

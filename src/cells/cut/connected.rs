@@ -142,7 +142,7 @@ impl Bricks {
             for &part in self.of(brick) {
                 let place = grid.place(brick);
                 let [low, high] = [0, grid.size(place)].each(|end| Vec3::from(place.each(|at| f64::from(at + end))));
-                with(part, Bounds { low: low.add_scalar(-EDGE_ON), high: high.add_scalar(EDGE_ON) });
+                with(part, Bounds { low, high }.widened(&Vec3::repeat(EDGE_ON)));
             }
         }
     }

@@ -210,7 +210,7 @@ impl Placing<'_> {
         let mut groups: Vec<(u32, Option<Vec3>, f64)> = Vec::new();
         for (part, at, distance, size) in by_part {
             let around = AROUND * size;
-            let within = Bounds { low: x.add_scalar(-around), high: x.add_scalar(around) };
+            let within = Bounds::of([x]).widened(&Vec3::repeat(around));
             let reached = |group: &&mut (u32, Option<Vec3>, f64)| {
                 group.0 == part || flood.reaches(connected, &[part], &[group.0], &within)
             };
@@ -232,5 +232,5 @@ fn is_connected(connected: &Connected, flood: &mut Flood, [x, y]: [&Vec3; 2], ar
     let margin = Vec3::repeat(MARGIN * f64::from(STEP) * connected.sections.grid.scale(x));
     let mut goal = Vec::new();
     connected.at(y, &mut goal);
-    flood.reaches(connected, around, &goal, &Bounds { low: x.inf(y) - margin, high: x.sup(y) + margin })
+    flood.reaches(connected, around, &goal, &Bounds::of([x, y]).widened(&margin))
 }

@@ -107,7 +107,7 @@ impl<'a> Around<'a> {
     /// than they are to each other. Bores and grooves are no slots, however narrow.
     fn is_slot(&mut self, a: &Wall, b: &Wall) -> bool {
         let width = (b.at - a.at).norm();
-        let near = Bounds { low: a.at.inf(&b.at).add_scalar(-width), high: a.at.sup(&b.at).add_scalar(width) };
+        let near = Bounds::of([&a.at, &b.at]).widened(&Vec3::repeat(width));
         let split = self.split;
         let is_near = |patch: u32| {
             let corners = split.patches[patch as usize].corners;
@@ -162,7 +162,7 @@ fn at_roots(connected: &Connected, normals: &[Vec3]) -> BTreeSet<u32> {
                     slots.push(line);
                 }
                 let around = AROUND * f64::from(size);
-                let within = Bounds { low: line.low.add_scalar(-around), high: line.high.add_scalar(around) };
+                let within = line.widened(&Vec3::repeat(around));
                 if flood.reaches(connected, &[a.part], &[b.part], &within) {
                     let reach = (b.at - a.at).norm() + f64::from(size);
                     joined.push(Joined { middle: (a.at + b.at) * 0.5, reach, within });

@@ -38,11 +38,10 @@ pub(super) struct Wanted<'a> {
 /// A macro cell: how often it is halved, and its place in units of its width.
 pub(super) type Macro = (u32, [i32; 3]);
 
-/// A wall in coordinates of the lattice: the corners of a box around it, and its thickness over the number of spacings across it, in
+/// A wall in coordinates of the lattice: a box around it, and its thickness over the number of spacings across it, in
 /// units of the largest spacing.
 struct Across {
-    low: Vec3,
-    high: Vec3,
+    around: Bounds<3>,
     wanted: f64,
 }
 
@@ -55,9 +54,10 @@ struct Tree {
 }
 
 /// The corners of a macro cell in bricks of the coarsest level.
-fn corners((level, place): Macro) -> [Vec3; 2] {
+fn corners((level, place): Macro) -> Bounds<3> {
     let width = MACRO as f64 / f64::from(1 << level);
-    [0, 1].each(|end| Vec3::from(place.each(|at| f64::from(at + end) * width)))
+    let [low, high] = [0, 1].each(|end| Vec3::from(place.each(|at| f64::from(at + end) * width)));
+    Bounds { low, high }
 }
 
 /// The middle of a wall.
@@ -69,8 +69,8 @@ impl Wanted<'_> {
     /// How many leaves are about in the solid: those whose middle is not outside by more than half of their width.
     pub(super) fn inside(&self, leaves: &[Macro], frame: &Frame) -> usize {
         let is_inside = |own: &&Macro| {
-            let [low, high] = corners(**own);
-            let (centre, reach) = (frame.place(&((low + high) * 0.5)), 0.5 * (high[0] - low[0]) * frame.size);
+            let own = corners(**own);
+            let (centre, reach) = (frame.place(&own.middle()), 0.5 * own.extent()[0] * frame.size);
             self.solid.contains(&centre) || self.solid.closest(&centre).distance < reach
         };
         leaves.iter().filter(is_inside).count()
@@ -98,8 +98,7 @@ impl Wanted<'_> {
         let across = self.across;
         let local = |Wall { corners, through, .. }: &Wall| {
             let sides: Vec<Vec3> = corners.iter().flat_map(|x| [*x, x + through].each(|x| frame.local(&x))).collect();
-            let Bounds { low, high } = Bounds::of(&sides);
-            Across { low, high, wanted: through.norm() / across / self.spacing }
+            Across { around: Bounds::of(&sides), wanted: through.norm() / across / self.spacing }
         };
         let least = self.thinnest * self.spacing * (1.0 - SLACK);
         self.found().iter().filter(|wall| wall.through.norm() >= least).map(local).collect()
@@ -151,16 +150,16 @@ impl Wanted<'_> {
         // Points a brick apart see a wall from each brick; none are closer than the width of the smallest macro cells.
         let least = self.spacing * 2.0 / f64::from(1 << DEEPEST);
         // No wall is thicker than the solid is long.
-        let Bounds { low, high } = Bounds::of(self.solid.vertices());
+        let length = Bounds::of(self.solid.vertices()).extent().norm();
         let wanted = self.fewest * self.spacing * (1.0 - SLACK);
-        let walls = self.solid.walls(wanted.min((high - low).norm()), 0.5 * self.spacing, least, self.sampled);
+        let walls = self.solid.walls(wanted.min(length), 0.5 * self.spacing, least, self.sampled);
         walls.into_iter().filter(|wall| wall.through.norm() < wanted).collect()
     }
 
     /// Whether particles between the corners of a macro cell are wanted closer than they are.
     fn is_halved(&self, tree: &Tree, own: Macro, frame: &Frame) -> Result<bool, GeometryError> {
-        let [low, high] = corners(own);
-        let (centre, reach) = (frame.place(&((low + high) * 0.5)), 0.5 * (high - low).norm() * frame.size);
+        let around = corners(own);
+        let (centre, reach) = (frame.place(&around.middle()), 0.5 * around.extent().norm() * frame.size);
         if self.solid.closest(&centre).distance > reach && !self.solid.contains(&centre) {
             return Ok(false);
         }
@@ -173,7 +172,7 @@ impl Wanted<'_> {
         }
         let mut wide = thin.is_some();
         for place in places([0; 3], [2; 3]) {
-            let at = point_of::<3>(|i| low[i] + 0.5 * f64::from(place[i]) * (high[i] - low[i]));
+            let at = point_of::<3>(|i| around.low[i] + 0.5 * f64::from(place[i]) * around.extent()[i]);
             let wanted = (self.grading)(&frame.place(&at));
             let least = 1.0 / f64::from(1 << DEEPEST);
             ensure!(
@@ -192,7 +191,7 @@ impl Wanted<'_> {
     fn too_thin(&self, wall: &Across, frame: &Frame) -> GeometryError {
         GeometryError::WallAcross {
             thickness: wall.wanted * self.across * self.spacing,
-            at: frame.place(&((wall.low + wall.high) * 0.5)).as_slice().to_vec(),
+            at: frame.place(&wall.around.middle()).as_slice().to_vec(),
             across: self.across as usize,
             spacing: self.spacing,
             needed: wall.wanted * self.spacing * f64::from(1 << DEEPEST),
@@ -204,7 +203,7 @@ impl Tree {
     /// Gives walls to the macro cells of the coarsest level that they meet.
     fn spread(&mut self, all: &[u32]) {
         for &wall in all {
-            let Across { low, high, .. } = &self.walls[wall as usize];
+            let Bounds { low, high } = &self.walls[wall as usize].around;
             let [first, last] = [low, high].each(|end| array_of(|i| (end[i] / MACRO as f64).floor() as i32));
             for place in places(first, last) {
                 if let Some(own) = self.leaves.get_mut(&(0, place)) {
@@ -225,11 +224,8 @@ impl Tree {
         let Some(walls) = self.leaves.remove(&own) else { return };
         for k in 0..8 {
             let child = (level + 1, array_of(|i| 2 * place[i] + ((k >> i) & 1)));
-            let [low, high] = corners(child);
-            let meets = |wall: &u32| {
-                let wall = &self.walls[*wall as usize];
-                (0..3).all(|i| wall.low[i] <= high[i] && wall.high[i] >= low[i])
-            };
+            let own = corners(child);
+            let meets = |wall: &u32| self.walls[*wall as usize].around.meets(&own);
             self.leaves.insert(child, walls.iter().copied().filter(meets).collect());
             self.open.push(child);
         }
