@@ -16,6 +16,7 @@ pub(crate) use morton::Morton;
 pub(crate) use outline::Curve;
 pub use outline::{Outline, Turn};
 pub use region::Region;
+pub(crate) use region::is_left;
 pub(crate) use rigid_mode::RigidMode;
 pub(crate) use walls::{OPPOSITE, Wall};
 

@@ -86,7 +86,8 @@ impl<const D: usize> BinGrid<D> {
         let bins = self.counts.iter().product();
         let lists = Rows::new(bins, &|add| {
             for &particle in some {
-                self.for_each_bin(particles, particle, |bin| add(bin, particle));
+                let (x, half) = (particles.positions()[particle as usize], half_widths(particles, particle));
+                self.bins_in(&(x - half), &(x + half)).for_each(|bin| add(bin, particle));
             }
         });
         self.lists = lists;
@@ -127,27 +128,20 @@ impl<const D: usize> BinGrid<D> {
         (scaled.max(0.0) as usize).min(self.counts[axis] - 1)
     }
 
-    fn for_each_bin(&self, particles: &Particles<D>, particle: u32, mut visit: impl FnMut(usize)) {
-        let (x, half) = (particles.positions()[particle as usize], half_widths(particles, particle));
-        let low: [usize; D] = array_of(|i| self.bin_of(x[i] - half[i], i));
-        let high: [usize; D] = array_of(|i| self.bin_of(x[i] + half[i], i));
-        let mut index = low;
-        loop {
-            let bin = (0..D).rev().fold(0, |bin, i| bin * self.counts[i] + index[i]);
-            visit(bin);
-            let mut axis = 0;
-            while axis < D {
-                index[axis] += 1;
-                if index[axis] <= high[axis] {
-                    break;
-                }
-                index[axis] = low[axis];
-                axis += 1;
-            }
-            if axis == D {
-                return;
-            }
-        }
+    /// The bins that a box touches, axis 0 running fastest.
+    fn bins_in(&self, low: &Point<D>, high: &Point<D>) -> impl Iterator<Item = usize> {
+        let first: [usize; D] = array_of(|i| self.bin_of(low[i], i));
+        let last: [usize; D] = array_of(|i| self.bin_of(high[i], i));
+        let next = move |index: &[usize; D]| {
+            let axis = (0..D).find(|&axis| index[axis] < last[axis])?;
+            let mut next = *index;
+            next[axis] += 1;
+            next[..axis].copy_from_slice(&first[..axis]);
+            Some(next)
+        };
+        let counts = self.counts;
+        let number = move |index: [usize; D]| (0..D).rev().fold(0, |bin, i| bin * counts[i] + index[i]);
+        std::iter::successors(Some(first), next).map(number)
     }
 
     /// Writes the particles whose supports may reach into a box and for which `reaches` holds, by rising index; false where there are
@@ -163,12 +157,9 @@ impl<const D: usize> BinGrid<D> {
         if !self.finer.is_empty() {
             return false;
         }
-        let first: [usize; D] = array_of(|i| self.bin_of(low[i], i));
-        let last: [usize; D] = array_of(|i| self.bin_of(high[i], i));
-        let mut index = first;
         let mut bins = 0;
-        loop {
-            let list = self.lists.row((0..D).rev().fold(0, |bin, i| bin * self.counts[i] + index[i]));
+        for bin in self.bins_in(low, high) {
+            let list = self.lists.row(bin);
             let (start, mut end) = (found.len(), found.len());
             found.resize(start + list.len(), 0);
             // No branch that the machine has to guess.
@@ -178,9 +169,6 @@ impl<const D: usize> BinGrid<D> {
             }
             found.truncate(end);
             bins += usize::from(end > start);
-            let Some(axis) = (0..D).find(|&axis| index[axis] < last[axis]) else { break };
-            index[axis] += 1;
-            index[..axis].copy_from_slice(&first[..axis]);
         }
         if bins > 1 {
             found.sort_unstable();

@@ -737,7 +737,7 @@ impl Cells<3> for CutLattice {
         }
         let mut of_cell: Vec<u32> = self.cells.mapped(|parts| zone_of[parts[0] as usize]);
         let kept = join_by_sides(&mut of_cell, inner.mapped(Inner::worth), sides, FEWEST);
-        collect(&of_cell, kept)
+        collect((of_cell, kept))
     }
 
     fn left_thin(&self) -> Option<&GeometryError> {

@@ -304,8 +304,7 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
 
 /// Twice the signed area of a triangle.
 pub(crate) fn cross(a: Vec2, b: Vec2, c: Vec2) -> f64 {
-    let (u, v) = (b - a, c - a);
-    u[0] * v[1] - u[1] * v[0]
+    (b - a).perp(&(c - a))
 }
 
 /// Position and Jacobian of a triangle whose sides are parabolas, `s` of the way to corner 1 and `t` to corner 2.
@@ -314,7 +313,7 @@ pub(crate) fn bent([a, b, c]: &[Vec2; 3], bulges: &[Vec2; 3], s: f64, t: f64) ->
     let position = a * r + b * s + c * t + (bulges[0] * (r * s) + bulges[1] * (s * t) + bulges[2] * (t * r)) * 4.0;
     let along_s = b - a + (bulges[0] * (r - s) + bulges[1] * t - bulges[2] * t) * 4.0;
     let along_t = c - a + (bulges[2] * (r - t) + bulges[1] * s - bulges[0] * s) * 4.0;
-    (position, along_s[0] * along_t[1] - along_s[1] * along_t[0])
+    (position, along_s.perp(&along_t))
 }
 
 /// A point on a parabola at $t \in \[0,1\]$ from one end to the other, and its derivative.
@@ -343,7 +342,7 @@ pub(crate) fn collapse(rule: &(Vec<f64>, Vec<f64>), corners: &[Vec2; 3], bulges:
 pub(crate) fn circumcentre([a, b, c]: [Vec2; 3]) -> Vec2 {
     let (u, v) = (b - a, c - a);
     let (uu, vv) = (u.norm_squared(), v.norm_squared());
-    let twice = 2.0 * (u[0] * v[1] - u[1] * v[0]);
+    let twice = 2.0 * u.perp(&v);
     a + Vec2::new(v[1] * uu - u[1] * vv, u[0] * vv - v[0] * uu) / twice
 }
 /// Which faces lie in the region.

@@ -231,7 +231,7 @@ fn seeds(neighbours: &Rows, on_boundary: &[bool], size: usize) -> Vec<u32> {
 
 /// Gives each cell without a zone to the smallest zone beside it, from the zones outward; where there is none (thin
 /// parts with boundary particles alone) a cell becomes one.
-fn grow(mut zone_of: Vec<u32>, mut zones: usize, beside: &dyn Fn(usize) -> Vec<u32>) -> Zones {
+fn grow(mut zone_of: Vec<u32>, mut zones: usize, beside: &dyn Fn(usize) -> Vec<u32>) -> (Vec<u32>, usize) {
     let mut sizes = vec![0usize; zones];
     for &zone in zone_of.iter().filter(|z| **z != NONE) {
         sizes[zone as usize] += 1;
@@ -256,12 +256,7 @@ fn grow(mut zone_of: Vec<u32>, mut zones: usize, beside: &dyn Fn(usize) -> Vec<u
         }
         left.retain(|&c| zone_of[c] == NONE);
     }
-    collect(&zone_of, zones)
-}
-
-/// Seeds of a triangulation.
-fn seeds_of(mesh: &Mesh, size: usize) -> Vec<u32> {
-    seeds(&mesh.neighbours(), &mesh.on_boundary(), size)
+    (zone_of, zones)
 }
 
 /// Inner particles that a zone of a mesh has at least: two displacements and more to a pressure, in the plane and in space.
@@ -293,14 +288,8 @@ pub(super) fn stars(
     // No cell holds two seeds.
     let seed_of = |corners: &&[u32]| corners.iter().find_map(|&c| Some(seeded[c as usize]).filter(|z| *z != NONE));
     let zone_of = cells.mapped(|corners| seed_of(corners).unwrap_or(NONE));
-    let zones = grow(zone_of, seeds.len(), &|cell| beside(cell).mapped(|side| side.0));
-    let mut zone_of = vec![0u32; cells.len()];
-    for (zone, cells) in zones.each().enumerate() {
-        for &cell in cells {
-            zone_of[cell as usize] = zone as u32;
-        }
-    }
-    join_poor(&mut zone_of, zones.offsets.len() - 1, cells, &free, beside)
+    let grown = grow(zone_of, seeds.len(), &|cell| beside(cell).mapped(|side| side.0));
+    join_poor(grown, cells, &free, beside)
 }
 
 /// Steps from the nearest seed beyond which a particle belongs to a thin part of the body: corners of thick ones are four away.
@@ -325,8 +314,7 @@ fn far(around: &Rows, seeds: &[u32]) -> Vec<bool> {
 /// Joins zones with fewer than [`INNER`] inner particles to others: with the whole boundary held there
 /// would be as many pressures as displacements.
 fn join_poor(
-    zone_of: &mut [u32],
-    zones: usize,
+    (mut zone_of, zones): (Vec<u32>, usize),
     cells: &[&[u32]],
     free: &[bool],
     beside: &dyn Fn(usize) -> Vec<(u32, f64)>,
@@ -350,8 +338,8 @@ fn join_poor(
             }
         }
     }
-    let kept = join_by_sides(zone_of, inner, sides, INNER);
-    collect(zone_of, kept)
+    let kept = join_by_sides(&mut zone_of, inner, sides, INNER);
+    collect((zone_of, kept))
 }
 
 /// Joins zones that have less than `least` of inner particles to the zone with which they share the largest side, the poorest first:
@@ -415,17 +403,17 @@ pub(crate) fn zones(mesh: &Mesh, size: usize) -> Zones {
     }
     let stars = mesh.stars();
     let mut zone_of = vec![NONE; count];
-    let seeds = seeds_of(mesh, size);
+    let seeds = seeds(&mesh.neighbours(), &mesh.on_boundary(), size);
     for (zone, &seed) in seeds.iter().enumerate() {
         for &triangle in stars.row(seed as usize) {
             zone_of[triangle as usize] = zone as u32;
         }
     }
-    grow(zone_of, seeds.len(), &|triangle| {
+    collect(grow(zone_of, seeds.len(), &|triangle| {
         let edges = mesh.triangle_edges[triangle];
         let around = edges.into_iter().flat_map(|e| mesh.beside[e as usize]);
         around.filter(|&t| t != NONE && t as usize != triangle).collect()
-    })
+    }))
 }
 
 /// Groups particles into zones around the same seeds.
@@ -436,15 +424,15 @@ pub(crate) fn particle_zones(mesh: &Mesh, size: usize) -> Zones {
     }
     let neighbours = mesh.neighbours();
     let mut zone_of = vec![NONE; count];
-    let seeds = seeds_of(mesh, size);
+    let seeds = seeds(&neighbours, &mesh.on_boundary(), size);
     for (zone, &seed) in seeds.iter().enumerate() {
         zone_of[seed as usize] = zone as u32;
     }
-    grow(zone_of, seeds.len(), &|particle| neighbours.row(particle).to_vec())
+    collect(grow(zone_of, seeds.len(), &|particle| neighbours.row(particle).to_vec()))
 }
 
-/// Cells ordered by their zone.
-pub(crate) fn collect(zone_of: &[u32], zones: usize) -> Zones {
+/// Cells ordered by the zone of each, and the number of zones.
+pub(crate) fn collect((zone_of, zones): (Vec<u32>, usize)) -> Zones {
     let each = |(cell, &zone): (usize, &u32)| (zone as usize, cell as u32);
     let rows = Rows::new(zones, &|add| zone_of.iter().enumerate().map(each).for_each(|(zone, cell)| add(zone, cell)));
     Zones::new(rows.entries, rows.starts.mapped(|&start| start as usize))

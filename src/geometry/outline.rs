@@ -187,7 +187,7 @@ impl Curve {
         matches!(self, Curve::Arc { centre, radius, sweep, .. }
             if *sweep > 0.0
                 && (at - centre).norm() < *radius
-                && chord[0] * offset[1] - chord[1] * offset[0] < 0.0)
+                && chord.perp(&offset) < 0.0)
     }
 
     pub(crate) fn length(&self) -> f64 {
@@ -253,7 +253,7 @@ impl Curve {
         match *self {
             Curve::Line { from, to } => {
                 let (a, b) = (from - about, to - about);
-                0.5 * (a[0] * b[1] - a[1] * b[0])
+                0.5 * a.perp(&b)
             }
             Curve::Arc { from: a, to: b, centre, radius, sweep, .. } => {
                 let centre = centre - about;

@@ -224,13 +224,13 @@ fn winds(chords: &[(Vec2, Vec2)], at: &Vec2) -> bool {
 }
 
 /// Whether a chord crosses the line from a point to the right.
-fn is_left(a: Vec2, b: Vec2, at: &Vec2) -> bool {
+pub(crate) fn is_left(a: Vec2, b: Vec2, at: &Vec2) -> bool {
     (a[1] > at[1]) != (b[1] > at[1]) && at[0] < a[0] + (b[0] - a[0]) * (at[1] - a[1]) / (b[1] - a[1])
 }
 
 fn side(a: Vec2, b: Vec2, c: Vec2) -> f64 {
     let (u, v) = (b - a, c - a);
-    let cross = u[0] * v[1] - u[1] * v[0];
+    let cross = u.perp(&v);
     // What rounding of coordinates of this size leaves of a point on the line.
     if cross.abs() <= 1e-12 * u.norm() * v.norm().max(u.norm()) { 0.0 } else { cross }
 }
@@ -249,7 +249,7 @@ fn cross_or_touch((a, b): (Vec2, Vec2), (c, d): (Vec2, Vec2)) -> bool {
 /// Whether a line turns back onto itself at its middle corner.
 fn folds((a, b, c): (Vec2, Vec2, Vec2)) -> bool {
     let (u, v) = (a - b, c - b);
-    let angle = (u[0] * v[1] - u[1] * v[0]).atan2(u.dot(&v)).abs();
+    let angle = u.perp(&v).atan2(u.dot(&v)).abs();
     angle < 1e-9 * PI
 }
 

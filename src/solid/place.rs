@@ -61,6 +61,13 @@ impl Sheet {
         Sheet { middle, crossed: Vec::new(), surfaces: Vec::new(), fixed: false, drawn_back: 0 }
     }
 
+    /// Takes the surfaces of what it crosses.
+    fn gather(&mut self, crossed: &[Crossed]) {
+        self.surfaces = self.crossed.mapped(|&k| crossed[k as usize].surface);
+        self.surfaces.sort_unstable();
+        self.surfaces.dedup();
+    }
+
     /// The middle of what it crosses.
     fn mean(&self, crossed: &[Crossed]) -> Vec3 {
         self.crossed.iter().map(|&k| crossed[k as usize].at).sum::<Vec3>() / self.crossed.len() as f64
@@ -180,11 +187,7 @@ fn compromise(program: &Program, surfaces: &[u32], mean: Vec3, h: f64, inside: i
 /// one of that surface.
 fn relabel(crossed: &mut [Crossed], sheets: &mut [Sheet]) {
     for _ in 0..4 {
-        for sheet in sheets.iter_mut() {
-            sheet.surfaces = sheet.crossed.mapped(|&k| crossed[k as usize].surface);
-            sheet.surfaces.sort_unstable();
-            sheet.surfaces.dedup();
-        }
+        sheets.iter_mut().for_each(|sheet| sheet.gather(crossed));
         let mut changed = false;
         for place in 0..crossed.len() {
             let own = crossed[place].surface;
@@ -200,12 +203,7 @@ fn relabel(crossed: &mut [Crossed], sheets: &mut [Sheet]) {
             (crossed[place].surface, crossed[place].sign) = (other, sign);
             changed = true;
             // Sheets around follow at once, so that not both sides change places.
-            for sheet in around {
-                let sheet = &mut sheets[sheet as usize];
-                sheet.surfaces = sheet.crossed.mapped(|&k| crossed[k as usize].surface);
-                sheet.surfaces.sort_unstable();
-                sheet.surfaces.dedup();
-            }
+            around.iter().for_each(|&sheet| sheets[sheet as usize].gather(crossed));
         }
         if !changed {
             return;

@@ -1,12 +1,11 @@
 //! Triangles of plane polygons with holes.
 
-/// A corner: its number and its place.
-pub(super) type Corner = (u32, [f64; 2]);
+use crate::geometry::{Vec2, is_left};
 
-/// Twice the signed area of a triangle.
-fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
+use super::super::mesh::cross;
+
+/// A corner: its number and its place.
+pub(super) type Corner = (u32, Vec2);
 
 /// Twice the signed area of a polygon.
 pub(super) fn area(polygon: &[Corner]) -> f64 {
@@ -15,15 +14,9 @@ pub(super) fn area(polygon: &[Corner]) -> f64 {
 }
 
 /// Whether a point lies in a polygon.
-pub(super) fn holds(polygon: &[Corner], at: [f64; 2]) -> bool {
-    let mut inside = false;
-    for k in 0..polygon.len() {
-        let (a, b) = (polygon[k].1, polygon[(k + 1) % polygon.len()].1);
-        if (a[1] > at[1]) != (b[1] > at[1]) && at[0] < a[0] + (at[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) {
-            inside = !inside;
-        }
-    }
-    inside
+pub(super) fn holds(polygon: &[Corner], at: Vec2) -> bool {
+    let crossed = (0..polygon.len()).filter(|k| is_left(polygon[*k].1, polygon[(k + 1) % polygon.len()].1, &at));
+    crossed.count() % 2 == 1
 }
 
 /// Triangles of a polygon, corners counterclockwise, with holes, theirs clockwise. Where rounding leaves no ear triangles may overlap with
@@ -46,7 +39,7 @@ pub(super) fn triangles(mut polygon: Vec<Corner>, mut holes: Vec<Vec<Corner>>) -
 }
 
 /// The corner of a polygon that is seen from a point inside, to the right of it.
-fn bridge(polygon: &[Corner], from: [f64; 2]) -> usize {
+fn bridge(polygon: &[Corner], from: Vec2) -> usize {
     let count = polygon.len();
     let mut nearest = (f64::INFINITY, 0);
     for k in 0..count {
@@ -64,8 +57,8 @@ fn bridge(polygon: &[Corner], from: [f64; 2]) -> usize {
         return 0;
     }
     // Corners in the triangle between the point, the edge and its end hide the end: the one nearest to the ray is seen.
-    let (end, hit) = (polygon[best].1, [x, from[1]]);
-    let steep = |p: [f64; 2]| (p[1] - from[1]).abs() / (p[0] - from[0]).max(f64::MIN_POSITIVE);
+    let (end, hit) = (polygon[best].1, Vec2::new(x, from[1]));
+    let steep = |p: Vec2| (p[1] - from[1]).abs() / (p[0] - from[0]).max(f64::MIN_POSITIVE);
     let mut least = steep(end);
     for (k, &(_, p)) in polygon.iter().enumerate() {
         let signs = [cross(from, hit, p), cross(hit, end, p), cross(end, from, p)];

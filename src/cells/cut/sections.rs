@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::each::{Each, EachOf, IntoEach};
-use crate::geometry::{Point, Vec3};
+use crate::geometry::{Point, Vec2, Vec3};
 use crate::order;
 
 use super::grid::Grid;
@@ -204,7 +204,7 @@ impl Sections {
         let [b, c] = others(axis);
         let corner = |point: u32| -> Corner {
             let x = self.point(split, point);
-            (point, [x[b] - f64::from(place[b]), x[c] - f64::from(place[c])])
+            (point, Vec2::new(x[b] - f64::from(place[b]), x[c] - f64::from(place[c])))
         };
         let mut loops: Vec<Vec<u32>> = Vec::new();
         let mut paths: Vec<Vec<u32>> = Vec::new();
@@ -212,7 +212,8 @@ impl Sections {
         let around = self.perimeter(axis, place);
         let parameter = |point: u32| -> f64 {
             let on = split.on[point as usize];
-            let (_, [x, y]) = corner(point);
+            let (_, at) = corner(point);
+            let (x, y) = (at[0], at[1]);
             if on[c] == place[c] {
                 x
             } else if on[b] == place[b] + 1 {
