@@ -61,6 +61,11 @@ pub(crate) fn vector<const D: usize>(components: &[f64; D]) -> Vec3 {
     padded(&Point::from(*components))
 }
 
+/// The mean of some places; the origin without any.
+pub(crate) fn mean<const D: usize>(places: &[Point<D>]) -> Point<D> {
+    places.iter().sum::<Point<D>>() / places.len().max(1) as f64
+}
+
 /// Twice the area of a triangle along its normal, by the right hand.
 pub(crate) fn double_area([a, b, c]: &[Vec3; 3]) -> Vec3 {
     (b - a).cross(&(c - a))

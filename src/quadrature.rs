@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::each::Each;
 use crate::error::{GeometryError, Invalid};
-use crate::geometry::Point;
+use crate::geometry::{Point, mean};
 
 /// Abscissae and weights of the `n`-point Gauss–Legendre rule on $[0, 1]$, exact to degree $2n-1$.
 ///
@@ -155,8 +155,7 @@ impl<const D: usize> Points<D> {
 
     /// The middle of the points of a group.
     pub(crate) fn middle(&self, group: usize) -> Point<D> {
-        let points = &self.positions[self.groups[group]..self.groups[group + 1]];
-        points.iter().sum::<Point<D>>() / points.len().max(1) as f64
+        mean(&self.positions[self.groups[group]..self.groups[group + 1]])
     }
 
     /// The points of the groups whose number and middle a predicate holds for, and their numbers.

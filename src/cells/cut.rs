@@ -23,7 +23,7 @@ use nalgebra::SymmetricEigen;
 
 use crate::each::{Each, EachOf, IntoEach, array_of};
 use crate::error::{ApproximationError, GeometryError, Invalid};
-use crate::geometry::{Cubes, Mat3, Part, Vec3, double_area};
+use crate::geometry::{Cubes, Mat3, Part, Vec3, double_area, mean};
 use crate::order;
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_halves, check_point_count};
@@ -290,7 +290,7 @@ impl CutLattice {
         for own in by_leaf.chunk_by(|a, b| a.0 == b.0) {
             let largest = own.iter().map(|own| own.1).max_by(|a, b| area(*a).total_cmp(&area(*b)).then(b.cmp(a)));
             let Some(patch) = largest else { continue };
-            let (from, inward) = (self.split.corners(patch).iter().sum::<Vec3>() / 3.0, -normal(patch));
+            let (from, inward) = (mean(&self.split.corners(patch)), -normal(patch));
             let size = f64::from(self.half_spacing(own[0].0));
             let to = from + inward * size;
             for other in placing.near(&from, size).filter(|other| normal(*other).dot(&inward) > OPPOSITE) {

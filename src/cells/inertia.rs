@@ -3,7 +3,7 @@
 use nalgebra::SymmetricEigen;
 
 use crate::each::EachOf;
-use crate::geometry::{Mat3, Vec3};
+use crate::geometry::{Mat3, Vec3, mean};
 use crate::order::falling;
 
 /// Measure and moments of a plane piece or a body.
@@ -18,7 +18,7 @@ impl Inertia {
     /// Adds a simplex by its corners, three in a plane or four in space, its measure signed.
     pub(super) fn add(&mut self, corners: &[Vec3], measure: f64) {
         let count = corners.len() as f64;
-        let centre = corners.iter().sum::<Vec3>() / count;
+        let centre = mean(corners);
         let spread = corners.iter().map(|x| (x - centre) * (x - centre).transpose()).sum::<Mat3>();
         self.measure += measure;
         self.first += centre * measure;

@@ -277,6 +277,11 @@ impl Mesh {
         on
     }
 
+    /// Which corner of a triangle a particle is.
+    pub(crate) fn corner_at(&self, triangle: u32, particle: usize) -> usize {
+        self.triangles[triangle as usize].iter().position(|&p| p as usize == particle).unwrap_or(0)
+    }
+
     /// Corners of a triangle.
     pub(crate) fn corners(&self, triangle: usize) -> [Vec2; 3] {
         self.triangles[triangle].each(|p| self.positions[p as usize])

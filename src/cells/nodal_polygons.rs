@@ -3,6 +3,7 @@
 use crate::each::list_of;
 use crate::geometry::Vec2;
 
+use super::Zones;
 use super::mesh::{Mesh, NONE, circumcentre, cross};
 use super::polygons::Polygons;
 
@@ -61,16 +62,13 @@ fn vertices(mesh: &Mesh) -> Vec<Vec2> {
 pub(super) fn ordered_stars(mesh: &Mesh) -> Vec<Vec<u32>> {
     let stars = mesh.stars();
     // The triangle beyond the edge that ends at (or starts from) a corner.
-    let side = |triangle: u32, particle: u32| -> usize {
-        mesh.triangles[triangle as usize].iter().position(|&p| p == particle).unwrap_or(0)
-    };
     let across = |triangle: u32, edge: usize| -> u32 {
         let [a, b] = mesh.beside[mesh.triangle_edges[triangle as usize][edge] as usize];
         if a == triangle { b } else { a }
     };
     list_of(mesh.positions.len(), |particle| {
         let star = stars.row(particle);
-        let own = |t: u32| side(t, particle as u32);
+        let own = |t: u32| mesh.corner_at(t, particle);
         // Clockwise to the boundary, or once around.
         let first = star.iter().copied().find(|&t| across(t, own(t)) == NONE).unwrap_or(star[0]);
         let mut ordered = vec![first];
@@ -112,7 +110,7 @@ pub(super) fn bend(mesh: &Mesh, middles: u32, polygons: &mut Polygons) {
 
 /// The rim of a particle's cell without the particle, counter-clockwise, and whether it is closed.
 pub(super) fn rim(mesh: &Mesh, particle: usize, star: &[u32], middles: u32, centres: u32) -> (Vec<u32>, bool) {
-    let own = |t: u32| mesh.triangles[t as usize].iter().position(|&p| p as usize == particle).unwrap_or(0);
+    let own = |t: u32| mesh.corner_at(t, particle);
     let (first, last) = (star[0], star[star.len() - 1]);
     let out = mesh.triangle_edges[first as usize][own(first)];
     let back = mesh.triangle_edges[last as usize][(own(last) + 2) % 3];
@@ -128,17 +126,16 @@ pub(super) fn rim(mesh: &Mesh, particle: usize, star: &[u32], middles: u32, cent
     (rim, closed)
 }
 
-/// Whole Voronoi cells, one group each.
-pub(crate) fn dual_polygons(mesh: &Mesh) -> Polygons {
+/// Whole Voronoi cells, grouped by zone.
+pub(crate) fn dual_polygons(mesh: &Mesh, zones: &Zones) -> Polygons {
     let (list, middles, centres) = vertex_list(mesh);
     let mut polygons = Polygons::new(list);
     bend(mesh, middles, &mut polygons);
-    for (particle, star) in ordered_stars(mesh).iter().enumerate() {
-        let (rim, closed) = rim(mesh, particle, star, middles, centres);
-        if closed {
-            polygons.push(rim);
-        } else {
-            polygons.push(std::iter::once(particle as u32).chain(rim));
+    let stars = ordered_stars(mesh);
+    for zone in zones.each() {
+        for &particle in zone {
+            let (rim, closed) = rim(mesh, particle as usize, &stars[particle as usize], middles, centres);
+            polygons.push(Some(particle).filter(|_| !closed).into_iter().chain(rim));
         }
         polygons.close_group();
     }

@@ -47,7 +47,11 @@ pub(crate) struct Spacing<'a> {
     pub floor: f64,
 }
 
-impl Spacing<'_> {
+impl<'a> Spacing<'a> {
+    pub(crate) fn of(function: &'a dyn Fn(&Vec2) -> f64, factor: f64) -> Self {
+        Spacing { function, factor, floor: 0.0 }
+    }
+
     fn at(&self, x: &Vec2) -> Result<f64, GeometryError> {
         let h = self.factor * (self.function)(x);
         if h > 0.0 && h >= self.floor && h.is_finite() {
@@ -92,14 +96,14 @@ impl Spacing<'_> {
 /// The factor on a spacing function that gives about `count` particles.
 pub(crate) fn factor_for(region: &Region, function: &dyn Fn(&Vec2) -> f64, count: usize) -> Result<f64, GeometryError> {
     // Homogeneous in the factor: a / f² + b / f + 1 = count.
-    let ([a, b], _) = Spacing { function, factor: 1.0, floor: 0.0 }.expected(region)?;
+    let ([a, b], _) = Spacing::of(function, 1.0).expected(region)?;
     let wanted = (count as f64 - 1.0).max(2.0);
     Ok((b + (b * b + 4.0 * a * wanted).sqrt()) / (2.0 * wanted))
 }
 
 /// About how many particles a spacing gives a region.
 pub(crate) fn expected(region: &Region, function: &dyn Fn(&Vec2) -> f64) -> Result<f64, GeometryError> {
-    let ([inside, outline], _) = Spacing { function, factor: 1.0, floor: 0.0 }.expected(region)?;
+    let ([inside, outline], _) = Spacing::of(function, 1.0).expected(region)?;
     Ok(inside + outline + 1.0)
 }
 

@@ -54,8 +54,7 @@ impl Triangulation {
         spacing: impl Fn(&Vec2) -> f64,
         settings: &Scatter,
     ) -> Result<Self, GeometryError> {
-        let spacing = Spacing { function: &spacing, factor: 1.0, floor: 0.0 };
-        Ok(Triangulation::over(scatter(region, &spacing, settings)?, region))
+        Ok(Triangulation::over(scatter(region, &Spacing::of(&spacing, 1.0), settings)?, region))
     }
 
     /// Scatters about `count` particles over a region, their spacing in proportion to a function.
@@ -69,12 +68,12 @@ impl Triangulation {
         settings: &Scatter,
     ) -> Result<Self, GeometryError> {
         let mut factor = factor_for(region, &spacing, count)?;
-        let mut mesh = scatter(region, &Spacing { function: &spacing, factor, floor: 0.0 }, settings)?;
+        let mut mesh = scatter(region, &Spacing::of(&spacing, factor), settings)?;
         // The estimate knows neither corners nor the least number of particles on a line: correct it once.
         let ratio = mesh.positions.len() as f64 / count as f64;
         if (ratio - 1.0).abs() > 0.02 {
             factor *= ratio.sqrt();
-            if let Ok(better) = scatter(region, &Spacing { function: &spacing, factor, floor: 0.0 }, settings) {
+            if let Ok(better) = scatter(region, &Spacing::of(&spacing, factor), settings) {
                 let miss = |mesh: &Mesh| mesh.positions.len().abs_diff(count);
                 if miss(&better) < miss(&mesh) {
                     mesh = better;
@@ -223,7 +222,7 @@ impl Cells<2> for Triangulation {
     }
 
     fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
-        dual_polygons(&self.mesh).smoothing(gauss)
+        dual_polygons(&self.mesh, &Zones::single(self.mesh.positions.len())).smoothing(gauss)
     }
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {

@@ -99,18 +99,7 @@ impl Cells<2> for Voronoi {
         check_point_count(self.cell_count().saturating_mul(2), parts.saturating_mul(parts).saturating_mul(gauss))?;
         let mesh = &self.triangles.mesh;
         match parts {
-            1 => {
-                let cells = dual_polygons(mesh);
-                let mut grouped = Polygons { bulges: cells.bulges, ..Polygons::new(cells.vertices) };
-                for zone in zones.each() {
-                    for &cell in zone {
-                        let range = cells.offsets[cell as usize]..cells.offsets[cell as usize + 1];
-                        grouped.push(cells.corners[range].iter().copied());
-                    }
-                    grouped.close_group();
-                }
-                grouped.smoothing(gauss)
-            }
+            1 => dual_polygons(mesh, zones).smoothing(gauss),
             2 => fans(mesh, zones).smoothing(gauss),
             _ => {
                 let needed = "1 (whole Voronoi cells) and 2 (their fans) are built; triangles have more";

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::each::{Each, EachOf, IntoEach};
 use crate::error::{GeometryError, Invalid, SolidError};
-use crate::geometry::{Block, Bounds, Point, Vec3, double_area};
+use crate::geometry::{Block, Bounds, Point, Vec3, double_area, mean};
 use crate::mesh::Mesh;
 
 use super::crossing::first_crossing;
@@ -287,7 +287,7 @@ impl Solid3 {
     }
 
     pub(super) fn centre(&self, facet: usize) -> Vec3 {
-        self.corners(facet).iter().sum::<Vec3>() / 3.0
+        mean(&self.corners(facet))
     }
 
     /// The volume enclosed \[length³\].

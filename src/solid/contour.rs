@@ -8,7 +8,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use crate::each::{Each, EachOf, array_of, list_of, point_of};
 use crate::error::{GeometryError, SolidError};
-use crate::geometry::{Bounds, Vec3, double_area};
+use crate::geometry::{Bounds, Vec3, double_area, mean};
 use crate::parallel::map_with;
 
 use super::closed::{SAME, Solid3};
@@ -299,7 +299,7 @@ fn triangles(program: &Program, crossed: &[Crossed], vertices: &[Vec3]) -> (Vec<
     for crossing in crossed {
         let quad = crossing.outward();
         let x = quad.each(|vertex| vertices[vertex as usize]);
-        let centre = x.iter().sum::<Vec3>() * 0.25;
+        let centre = mean(&x);
         let normal = program.surfaces[crossing.surface as usize].gradient(&centre) * crossing.sign;
         // The diagonal whose worse triangle is the better one, seen along the normal.
         let quality = |corners: [usize; 3]| {

@@ -1,7 +1,7 @@
 //! Facets that cross each other.
 
 use crate::each::{EachOf, array_of};
-use crate::geometry::{Bounds, Vec3, double_area};
+use crate::geometry::{Bounds, Vec3, double_area, mean};
 use crate::order;
 use crate::parallel::map_ranges;
 
@@ -123,5 +123,5 @@ fn overlap(x: &[Vec3; 3], y: &[Vec3; 3]) -> Option<Vec3> {
         polygon = cut;
     }
     let least = double(x).min(double(y));
-    (double(&polygon) > SHARE * least).then(|| polygon.iter().sum::<Vec3>() / polygon.len() as f64)
+    (double(&polygon) > SHARE * least).then(|| mean(&polygon))
 }

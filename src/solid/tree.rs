@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::each::{Each, EachOf};
-use crate::geometry::{Bounds, Mat3, Vec3, double_area};
+use crate::geometry::{Bounds, Mat3, Vec3, double_area, mean};
 use crate::neighbours::BoxTree;
 
 /// Distance over radius from which a part of the tree is seen as its moments: winding numbers are off by 0.07 at most on a sphere.
@@ -124,17 +124,16 @@ impl Tree {
 impl Moments {
     fn of(facets: &[[Vec3; 3]]) -> Self {
         let area = |corners: &[Vec3; 3]| double_area(corners) * 0.5;
-        let middle = |corners: &[Vec3; 3]| corners.iter().sum::<Vec3>() / 3.0;
         let total = facets.summed(|corners| area(corners).norm());
         let mut own = Moments::default();
         if total > 0.0 {
-            own.centre = facets.iter().map(|corners| middle(corners) * area(corners).norm()).sum::<Vec3>() / total;
+            own.centre = facets.iter().map(|corners| mean(corners) * area(corners).norm()).sum::<Vec3>() / total;
         } else if let Some(first) = facets.first() {
-            own.centre = middle(first);
+            own.centre = mean(first);
         }
         for corners in facets {
             own.dipole += area(corners);
-            own.moment += area(corners) * (middle(corners) - own.centre).transpose();
+            own.moment += area(corners) * (mean(corners) - own.centre).transpose();
             own.radius = own.radius.max(corners.largest(|x| (x - own.centre).norm()));
         }
         own

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::each::{EachOf, array_of, point_of};
 use crate::error::{GeometryError, Invalid};
-use crate::geometry::{Bounds, Vec3, places};
+use crate::geometry::{Bounds, Vec3, mean, places};
 use crate::solid::{Solid3, Wall};
 
 use super::frame::Frame;
@@ -62,7 +62,7 @@ fn corners((level, place): Macro) -> Bounds<3> {
 
 /// The middle of a wall.
 fn middle(wall: &Wall) -> Vec<f64> {
-    (wall.corners.iter().sum::<Vec3>() / 3.0 + wall.through * 0.5).as_slice().to_vec()
+    (mean(&wall.corners) + wall.through * 0.5).as_slice().to_vec()
 }
 
 impl Wanted<'_> {

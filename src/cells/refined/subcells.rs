@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::each::Each;
-use crate::geometry::Vec2;
+use crate::geometry::{Vec2, mean};
 use crate::quadrature::Points;
 
 use super::super::Smoothing;
@@ -131,7 +131,7 @@ impl Refined {
 /// Interior points of a polygon exact to degree 2 — Gauss points of a quadrilateral, else those of the triangles around its
 /// mean corner — and its centroid.
 fn fan(outline: &[Vec2], bulges: &[Vec2], Rules { straight: gauss, curved }: &Rules) -> (Vec<(Vec2, f64)>, Vec2) {
-    let mean = outline.iter().sum::<Vec2>() / outline.len() as f64;
+    let mean = mean(outline);
     let (mut points, mut total, mut centre) = (Vec::with_capacity(3 * outline.len()), 0.0, Vec2::zeros());
     for (k, &a) in outline.iter().enumerate() {
         let b = outline[(k + 1) % outline.len()];
