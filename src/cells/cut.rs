@@ -18,6 +18,7 @@ mod zoning;
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::SymmetricEigen;
 
@@ -33,7 +34,7 @@ use crate::solid::{OPPOSITE, Solid3};
 use super::inertia::Inertia;
 use super::zones::{collect, join_by_sides};
 use super::{BoundaryCells, Cells, Connections, EDGE, Smoothing, TraceChoice, ZoneParticles, Zones};
-use connected::{Bricks, Connected, Divisions, Whole};
+use connected::{Divisions, SubCells, Whole};
 use faces::Faces;
 use features::Features;
 use frame::{Frame, dominant_axes};
@@ -88,12 +89,9 @@ const THIN: f64 = 5.0;
 pub struct CutLattice {
     frame: Frame,
     grid: Grid,
-    split: Split,
     by_brick: Rows,
-    sections: Sections,
-    /// Sub-cells: parts of bricks of half a spacing, small ones joined to their neighbours.
-    parts: Parts,
-    of_brick: Bricks,
+    /// Parts of bricks of half a spacing, small ones joined to their neighbours.
+    sub_cells: Arc<SubCells>,
     /// The sub-cells of each cell.
     cells: Vec<Vec<u32>>,
     features: Features,
@@ -234,20 +232,16 @@ impl CutLattice {
             let plane = |patch: u32| plane_of(&grid, &split, &features, patch);
             order::sort(&mut part.patches, &|&a, &b| (plane(a), a).cmp(&(plane(b), b)));
         }
-        let mut of_brick = Bricks::new(&split, &sections, &parts);
-        let undivided = Connected { split: &split, sections: &sections, parts: &parts, by_brick: &of_brick };
-        of_brick.divisions = Divisions::new(&undivided, &features.normals);
-        let connected = Connected { split: &split, sections: &sections, parts: &parts, by_brick: &of_brick };
-        let placed = Placing { split: &split, by_brick: &by_brick, grid: &grid, features: &features }.place(&connected);
+        let mut sub_cells = SubCells::new(split, sections, parts);
+        sub_cells.divisions = Divisions::new(&sub_cells, &features.normals);
+        let split = &sub_cells.split;
+        let placed = Placing { split, by_brick: &by_brick, grid: &grid, features: &features }.place(&sub_cells);
         let positions = placed.positions.mapped(|u| frame.place(u));
         let lattice = CutLattice {
             frame,
             grid,
-            split,
             by_brick,
-            sections,
-            parts,
-            of_brick,
+            sub_cells: Arc::new(sub_cells),
             cells,
             features,
             placed,
@@ -279,8 +273,8 @@ impl CutLattice {
     /// The thinnest wall below half a spacing, in half spacings, half the spacing there in bricks, and where: between facets that look away
     /// from each other.
     fn thinnest(&self) -> Option<(f64, f64, Vec3)> {
-        let normal = |patch: u32| self.features.normals[self.split.patches[patch as usize].facet as usize];
-        let area = |patch: u32| double_area(&self.split.corners(patch)).norm();
+        let normal = |patch: u32| self.features.normals[self.sub_cells.split.patches[patch as usize].facet as usize];
+        let area = |patch: u32| double_area(&self.sub_cells.split.corners(patch)).norm();
         let placing = self.placing();
         let in_brick = |brick: usize| self.by_brick.row(brick).iter().map(move |&patch| (brick as u32, patch));
         let mut by_leaf: Vec<(u32, u32)> = (0..self.grid.len()).flat_map(in_brick).collect();
@@ -290,11 +284,11 @@ impl CutLattice {
         for own in by_leaf.chunk_by(|a, b| a.0 == b.0) {
             let largest = own.iter().map(|own| own.1).max_by(|a, b| area(*a).total_cmp(&area(*b)).then(b.cmp(a)));
             let Some(patch) = largest else { continue };
-            let (from, inward) = (mean(&self.split.corners(patch)), -normal(patch));
+            let (from, inward) = (mean(&self.sub_cells.split.corners(patch)), -normal(patch));
             let size = f64::from(self.half_spacing(own[0].0));
             let to = from + inward * size;
             for other in placing.near(&from, size).filter(|other| normal(*other).dot(&inward) > OPPOSITE) {
-                let corners = self.split.corners(other);
+                let corners = self.sub_cells.split.corners(other);
                 let thickness = (corners[0] - from).dot(&normal(other)) / inward.dot(&normal(other)) / size;
                 if thickness > 0.0
                     && thickness < thinnest.map_or(1.0, |known| known.0)
@@ -321,25 +315,23 @@ impl CutLattice {
     }
 
     fn placing(&self) -> Placing<'_> {
-        Placing { split: &self.split, by_brick: &self.by_brick, grid: &self.grid, features: &self.features }
-    }
-
-    fn connected(&self) -> Connected<'_> {
-        Connected { split: &self.split, sections: &self.sections, parts: &self.parts, by_brick: &self.of_brick }
+        Placing { split: &self.sub_cells.split, by_brick: &self.by_brick, grid: &self.grid, features: &self.features }
     }
 
     /// The patches of a sub-cell in runs of one plane and brick.
     fn runs<'a>(&'a self, part: &'a parts::Part) -> impl Iterator<Item = &'a [u32]> {
-        let plane = |patch: u32| plane_of(&self.grid, &self.split, &self.features, patch);
+        let plane = |patch: u32| plane_of(&self.grid, &self.sub_cells.split, &self.features, patch);
         part.patches.chunk_by(move |a, b| plane(*a) == plane(*b))
     }
 
     /// Points of a run of patches with $n\,\mathrm dA$; each triangle in so many parts along its edges.
     fn on_run(&self, rules: &Rules, run: &[u32], finer: usize, mut with: impl FnMut(Vec3, Vec3)) {
         match finer {
-            1 => rules.on_piece(run.iter().map(|&patch| self.split.corners(patch)), with),
+            1 => rules.on_piece(run.iter().map(|&patch| self.sub_cells.split.corners(patch)), with),
             _ => run.iter().for_each(|&patch| {
-                pieces_of(&self.split.corners(patch), finer, |corners| rules.on_triangle(&corners, &mut with));
+                pieces_of(&self.sub_cells.split.corners(patch), finer, |corners| {
+                    rules.on_triangle(&corners, &mut with)
+                });
             }),
         }
     }
@@ -353,13 +345,20 @@ impl CutLattice {
 
     /// Points of a section with $n\,\mathrm dA$ along its axis.
     fn on_section(&self, rules: &Rules, section: u32, mut with: impl FnMut(Vec3, Vec3)) {
-        let own = &self.sections.sections[section as usize];
+        let own = &self.sub_cells.sections.sections[section as usize];
         if own.triangles.is_empty() {
-            let [a, b, _, d] = self.sections.corners(own).each(|corner| self.sections.point(&self.split, corner));
+            let [a, b, _, d] = self
+                .sub_cells
+                .sections
+                .corners(own)
+                .each(|corner| self.sub_cells.sections.point(&self.sub_cells.split, corner));
             rules.on_face(&a, &[b - a, d - a], with);
         } else {
-            for corners in &self.sections.triangles[own.triangles.clone()] {
-                rules.on_triangle(&corners.each(|corner| self.sections.point(&self.split, corner)), &mut with);
+            for corners in &self.sub_cells.sections.triangles[own.triangles.clone()] {
+                rules.on_triangle(
+                    &corners.each(|corner| self.sub_cells.sections.point(&self.sub_cells.split, corner)),
+                    &mut with,
+                );
             }
         }
     }
@@ -368,8 +367,8 @@ impl CutLattice {
     fn on_sections(&self, rules: &Rules, sections: &[u32], mut with: impl FnMut(Vec3, Vec3)) {
         let mut triangles: Vec<[Vec3; 3]> = Vec::with_capacity(2 * sections.len());
         for &section in sections {
-            each_triangle(&self.sections, section, |corners| {
-                triangles.push(corners.each(|corner| self.sections.point(&self.split, corner)));
+            each_triangle(&self.sub_cells.sections, section, |corners| {
+                triangles.push(corners.each(|corner| self.sub_cells.sections.point(&self.sub_cells.split, corner)));
             });
         }
         let mut any = false;
@@ -398,17 +397,17 @@ impl CutLattice {
     /// Hands out the triangles around a sub-cell, seen from outside.
     fn around(&self, part: &parts::Part, mut with: impl FnMut([Vec3; 3])) {
         for &(section, sign) in &part.sections {
-            each_triangle(&self.sections, section, |[a, b, c]| {
+            each_triangle(&self.sub_cells.sections, section, |[a, b, c]| {
                 let base = if sign > 0.0 { [a, b, c] } else { [a, c, b] };
-                with(base.each(|corner| self.sections.point(&self.split, corner)));
+                with(base.each(|corner| self.sub_cells.sections.point(&self.sub_cells.split, corner)));
             });
         }
-        part.patches.iter().for_each(|&patch| with(self.split.corners(patch)));
+        part.patches.iter().for_each(|&patch| with(self.sub_cells.split.corners(patch)));
     }
 
     /// Points inside a sub-cell with their weights, in coordinates of the lattice.
     fn in_part(&self, rules: &Rules, part: u32, mut with: impl FnMut(Vec3, f64)) {
-        let part = &self.parts.parts[part as usize];
+        let part = &self.sub_cells.parts.parts[part as usize];
         self.around(part, |base| rules.in_tetrahedron(&part.centre, &base, &mut with));
     }
 
@@ -416,7 +415,7 @@ impl CutLattice {
     fn by_moments(&self, parts: &[u32], with: impl FnMut(Vec3, f64)) {
         let mut inertia = Inertia::default();
         for &part in parts {
-            let part = &self.parts.parts[part as usize];
+            let part = &self.sub_cells.parts.parts[part as usize];
             self.around(part, |base| inertia.add_cone(&part.centre, &base));
         }
         inertia.in_body(with);
@@ -425,13 +424,13 @@ impl CutLattice {
     /// Whether the surface leaves a cell alone: one whole brick between eight particles' places.
     fn is_whole(&self, cell: usize) -> bool {
         let own = &self.cells[cell];
-        let brick = self.parts.parts[own[0] as usize].brick;
+        let brick = self.sub_cells.parts.parts[own[0] as usize].brick;
         let leaves = STEP * self.half_spacing(brick) / self.size(brick);
         own.len() == leaves.pow(3) as usize && own.iter().all(|&part| self.is_whole_part(part))
     }
 
     fn is_whole_part(&self, part: u32) -> bool {
-        let part = &self.parts.parts[part as usize];
+        let part = &self.sub_cells.parts.parts[part as usize];
         part.patches.is_empty() && part.volume == f64::from(self.size(part.brick)).powi(3)
     }
 
@@ -447,19 +446,19 @@ impl CutLattice {
 
     /// The place of the lowest particle of the brick that a cell lies in, and the brick's size.
     fn lowest(&self, cell: usize) -> ([i32; 3], i32) {
-        let brick = self.parts.parts[self.cells[cell][0] as usize].brick;
+        let brick = self.sub_cells.parts.parts[self.cells[cell][0] as usize].brick;
         let size = STEP * self.half_spacing(brick);
         (self.grid.place(brick as usize).each(|at| at / size * size), size)
     }
 
     /// What zones have of the volume, and the zone of each sub-cell; none where that is not one of those given.
     fn inner(&self, zones: &Zones) -> (Vec<Inner>, Vec<u32>) {
-        let mut zone_of = vec![NONE; self.parts.parts.len()];
+        let mut zone_of = vec![NONE; self.sub_cells.parts.parts.len()];
         let mut inner = vec![Inner::default(); zones.offsets.len().saturating_sub(1)];
         for (zone, cells) in zones.each().enumerate() {
             for &part in cells.iter().flat_map(|cell| &self.cells[*cell as usize]) {
                 zone_of[part as usize] = zone as u32;
-                inner[zone].add_part(&self.parts.parts[part as usize]);
+                inner[zone].add_part(&self.sub_cells.parts.parts[part as usize]);
             }
         }
         (inner, zone_of)
@@ -496,14 +495,14 @@ impl CutLattice {
             Self::check_parts(parts)?;
         }
         let (rules, finer) = (Rules::new(gauss)?, parts.div_ceil(STEP as usize));
-        check_point_count(self.split.patches.len(), finer.saturating_mul(gauss).saturating_pow(2))?;
+        check_point_count(self.sub_cells.split.patches.len(), finer.saturating_mul(gauss).saturating_pow(2))?;
         let place = self.places_of(pieces);
         let mut sites: Vec<Site> = pieces.mapped(|piece| Site::new(self.features.needs[*piece as usize]));
         let area = self.frame.size * self.frame.size;
         let mut number = 0;
-        for part in &self.parts.parts {
+        for part in &self.sub_cells.parts.parts {
             for run in self.runs(part) {
-                let facet = self.split.patches[run[0] as usize].facet as usize;
+                let facet = self.sub_cells.split.patches[run[0] as usize].facet as usize;
                 let Some(site) = sites.get_mut(place[self.features.pieces[facet] as usize]) else { continue };
                 let (leaf, normal) = (self.leaf_of(run[0]), self.features.normals[facet]);
                 site.open((part.brick, leaf));
@@ -566,7 +565,7 @@ impl CutLattice {
 
     /// The leaf that a patch lies in.
     fn leaf_of(&self, patch: u32) -> [i32; 3] {
-        self.grid.leaf(self.split.patches[patch as usize].brick)
+        self.grid.leaf(self.sub_cells.split.patches[patch as usize].brick)
     }
 
     /// Hands out the shares in sub-cells of particles that are free whatever is fixed on the surface: those inside, and where a body is
@@ -586,7 +585,7 @@ impl CutLattice {
     /// Hands out the shares of some particles in the sub-cells around them.
     fn shares(&self, is_meant: impl Fn(usize) -> bool, mut with: impl FnMut(u32, usize, f64)) {
         let mut by_brick: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-        for (number, part) in self.parts.parts.iter().enumerate() {
+        for (number, part) in self.sub_cells.parts.parts.iter().enumerate() {
             by_brick.entry(part.brick).or_default().push(number as u32);
         }
         for (particle, x) in self.placed.positions.iter().enumerate() {
@@ -608,9 +607,9 @@ impl CutLattice {
             }
             let near = leaves.iter().filter_map(|leaf| by_brick.get(leaf));
             let near: Vec<u32> = near.flatten().copied().collect();
-            let whole: f64 = near.summed(|&part| self.parts.parts[part as usize].volume);
+            let whole: f64 = near.summed(|&part| self.sub_cells.parts.parts[part as usize].volume);
             for part in near {
-                with(part, particle, self.parts.parts[part as usize].volume / whole);
+                with(part, particle, self.sub_cells.parts.parts[part as usize].volume / whole);
             }
         }
     }
@@ -672,7 +671,7 @@ impl Cells<3> for CutLattice {
         if !around.is_empty() {
             return around;
         }
-        let centre = self.parts.parts[self.cells[cell][0] as usize].centre;
+        let centre = self.sub_cells.parts.parts[self.cells[cell][0] as usize].centre;
         let distance = |particle: &usize| (self.placed.positions[*particle] - centre).norm_squared();
         let nearest = (0..self.positions.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
         nearest.into_iter().collect()
@@ -683,12 +682,13 @@ impl Cells<3> for CutLattice {
     }
 
     fn connections(&self) -> Option<Connections<3>> {
-        Some(Connections::new(Whole::new(&self.frame, &self.connected(), &self.cells, &self.placed.positions)))
+        Some(Connections::new(Whole::new(&self.frame, &self.sub_cells, &self.cells, &self.placed.positions)))
     }
 
     fn drawn_surface(&self) -> Option<(Vec<Vec3>, Vec<Vec<usize>>)> {
-        let facets = self.split.patches.iter().map(|patch| patch.corners.each(|corner| corner as usize).to_vec());
-        Some((self.split.points.mapped(|u| self.frame.place(u)), facets.collect()))
+        let facets =
+            self.sub_cells.split.patches.iter().map(|patch| patch.corners.each(|corner| corner as usize).to_vec());
+        Some((self.sub_cells.split.points.mapped(|u| self.frame.place(u)), facets.collect()))
     }
 
     fn local_spacing(&self, particle: usize) -> f64 {
@@ -715,9 +715,9 @@ impl Cells<3> for CutLattice {
         if size <= 1 {
             return Zones::single(self.cells.len());
         }
-        let (zone_of, count) = self.parts.connected(|brick| self.grid.block(brick, size * STEP as usize));
+        let (zone_of, count) = self.sub_cells.parts.connected(|brick| self.grid.block(brick, size * STEP as usize));
         let mut inner = vec![Inner::default(); count];
-        for (part, zone) in self.parts.parts.iter().zip(&zone_of) {
+        for (part, zone) in self.sub_cells.parts.parts.iter().zip(&zone_of) {
             inner[*zone as usize].add_part(part);
         }
         let positions = &self.placed.positions;
@@ -725,7 +725,7 @@ impl Cells<3> for CutLattice {
             inner[zone_of[part as usize] as usize].free.add_point(&positions[particle], share);
         });
         let mut sides: Vec<BTreeMap<u32, f64>> = vec![BTreeMap::new(); count];
-        for (section, beside) in self.sections.sections.iter().zip(&self.parts.beside) {
+        for (section, beside) in self.sub_cells.sections.sections.iter().zip(&self.sub_cells.parts.beside) {
             if beside.contains(&NONE) {
                 continue;
             }
@@ -790,7 +790,7 @@ impl Cells<3> for CutLattice {
                 return;
             }
             for &own in &self.cells[cell] {
-                let own_part = &self.parts.parts[own as usize];
+                let own_part = &self.sub_cells.parts.parts[own as usize];
                 match self.is_whole_part(own) {
                     true => {
                         let (centre, size) = (own_part.centre, f64::from(self.size(own_part.brick)));
@@ -807,12 +807,12 @@ impl Cells<3> for CutLattice {
         zones.validate(self.cells.len())?;
         Self::check_parts(parts)?;
         let rules = Rules::new(gauss)?;
-        check_point_count(self.sections.sections.len(), gauss.saturating_pow(2))?;
+        check_point_count(self.sub_cells.sections.sections.len(), gauss.saturating_pow(2))?;
         let area = self.frame.size * self.frame.size;
         let mut out = Smoothing::empty();
         // Facets are sections and then the surfaces of sub-cells; those that nobody asks for are not made.
-        let mut of_section: Vec<u32> = vec![NONE; self.sections.sections.len()];
-        let (volume_rule, faces) = (Rules::new(2)?, Faces::new(&self.sections, &self.parts));
+        let mut of_section: Vec<u32> = vec![NONE; self.sub_cells.sections.sections.len()];
+        let (volume_rule, faces) = (Rules::new(2)?, Faces::new(&self.sub_cells.sections, &self.sub_cells.parts));
         for zone in zones.each() {
             for &cell in zone {
                 let own = &self.cells[cell as usize];
@@ -820,9 +820,9 @@ impl Cells<3> for CutLattice {
                 for run in runs {
                     let mut facets: Vec<(u32, f64)> = Vec::with_capacity(7);
                     for &part in run {
-                        let own = &self.parts.parts[part as usize];
+                        let own = &self.sub_cells.parts.parts[part as usize];
                         for &(section, sign) in &own.sections {
-                            let other = self.parts.beside[section as usize][usize::from(sign > 0.0)];
+                            let other = self.sub_cells.parts.beside[section as usize][usize::from(sign > 0.0)];
                             if other != NONE && run.contains(&other) {
                                 continue;
                             }
@@ -860,8 +860,8 @@ impl Cells<3> for CutLattice {
                             self.by_moments(run, &mut add);
                         }
                     }
-                    let volume: f64 = run.summed(|&part| self.parts.parts[part as usize].volume);
-                    let moment = run.iter().map(|&part| &self.parts.parts[part as usize]);
+                    let volume: f64 = run.summed(|&part| self.sub_cells.parts.parts[part as usize].volume);
+                    let moment = run.iter().map(|&part| &self.sub_cells.parts.parts[part as usize]);
                     let moment = moment.map(|part| part.centre * part.volume).sum::<Vec3>();
                     out.centres.push(self.frame.place(&(moment / volume)));
                     out.cells.push(facets);
@@ -937,7 +937,10 @@ impl CutLattice {
             return false;
         }
         let placing = self.placing();
-        if placing.near(u, slack).any(|patch| (placing::nearest(u, &self.split.corners(patch)) - u).norm() <= slack) {
+        if placing
+            .near(u, slack)
+            .any(|patch| (placing::nearest(u, &self.sub_cells.split.corners(patch)) - u).norm() <= slack)
+        {
             return true;
         }
         let place: [i32; 3] = array_of(|i| u[i].floor() as i32);
@@ -946,8 +949,8 @@ impl CutLattice {
             let node: [i32; 3] = array_of(|i| place[i] + ((k >> i) & 1));
             let end = Vec3::from(node.each(f64::from));
             let patches = self.by_brick.row(self.grid.brick(place)).iter();
-            let crossed = patches.filter(|&&patch| crosses(u, &end, &self.split.corners(patch))).count();
-            self.sections.is_inside(self.grid.node(node)) != (crossed % 2 == 1)
+            let crossed = patches.filter(|&&patch| crosses(u, &end, &self.sub_cells.split.corners(patch))).count();
+            self.sub_cells.sections.is_inside(self.grid.node(node)) != (crossed % 2 == 1)
         });
         votes.filter(|inside| *inside).count() > 4
     }

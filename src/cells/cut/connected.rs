@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
-use crate::each::{EachOf, array_of};
+use crate::each::EachOf;
 use crate::geometry::{Bounds, Vec3};
 use crate::neighbours::Adjacent;
 use crate::parallel::map_with;
@@ -11,7 +12,6 @@ use crate::rows::Rows;
 use crate::solid::solid_angle;
 
 use super::frame::Frame;
-use super::grid::Grid;
 use super::parts::{NONE, Parts, each_triangle};
 use super::sections::Sections;
 use super::split::Split;
@@ -26,20 +26,16 @@ const HELD: f64 = 0.01;
 const EDGE_ON: f64 = 1e-9;
 
 /// Sub-cells by the bricks that they have volume in, in coordinates of the lattice.
-pub(super) struct Connected<'a> {
-    pub(super) split: &'a Split,
-    pub(super) sections: &'a Sections,
-    pub(super) parts: &'a Parts,
-    pub(super) by_brick: &'a Bricks,
-}
-
-/// The sub-cells of each leaf, by its lowest brick.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Bricks {
-    parts: Rows,
-    /// The sub-cell that each patch bounds.
+pub(super) struct SubCells {
+    pub(super) split: Split,
+    pub(super) sections: Sections,
+    pub(super) parts: Parts,
+    /// Those of each leaf, by its lowest brick.
+    by_leaf: Rows,
+    /// The one that each patch bounds.
     pub(super) of_patch: Vec<u32>,
-    /// What sub-cells at the roots of slots are divided into.
+    /// What those at the roots of slots are divided into.
     pub(super) divisions: Divisions,
 }
 
@@ -63,19 +59,12 @@ pub(super) struct Divided {
     pub(super) size: i32,
     /// The corner of leaves that its coordinates are counted from.
     pub(super) low: Vec3,
-    pub(super) split: Split,
-    pub(super) sections: Sections,
-    pub(super) parts: Parts,
-    pub(super) bricks: Bricks,
+    pub(super) cells: SubCells,
     /// The pieces of each patch of the surface.
     pub(super) of_patch: HashMap<u32, Vec<u32>>,
 }
 
 impl Divided {
-    pub(super) fn connected(&self) -> Connected<'_> {
-        Connected { split: &self.split, sections: &self.sections, parts: &self.parts, by_brick: &self.bricks }
-    }
-
     /// Planes per brick.
     fn per_brick(&self) -> f64 {
         f64::from(FINER) / f64::from(self.size)
@@ -99,17 +88,17 @@ impl Divided {
     /// Adds the divisions that hold a place of the lattice, the nearest one where it lies outside of all.
     fn at(&self, x: &Vec3, found: &mut Vec<u32>) {
         let (u, first) = (self.local(x), found.len());
-        self.connected().at(&u, found);
+        self.cells.at(&u, found);
         if found.len() == first {
-            let away = |part: &u32| (self.parts.parts[*part as usize].centre - u).norm_squared();
-            found.extend((0..self.parts.parts.len() as u32).min_by(|a, b| away(a).total_cmp(&away(b))));
+            let away = |part: &u32| (self.cells.parts.parts[*part as usize].centre - u).norm_squared();
+            found.extend((0..self.cells.parts.parts.len() as u32).min_by(|a, b| away(a).total_cmp(&away(b))));
         }
         found[first..].iter_mut().for_each(|number| *number += self.first);
     }
 }
 
-impl Bricks {
-    pub(super) fn new(split: &Split, sections: &Sections, parts: &Parts) -> Self {
+impl SubCells {
+    pub(super) fn new(split: Split, sections: Sections, parts: Parts) -> Self {
         let mut of_patch = vec![NONE; split.patches.len()];
         let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(parts.parts.len());
         let grid = &sections.grid;
@@ -122,9 +111,8 @@ impl Bricks {
         }
         pairs.sort_unstable();
         pairs.dedup();
-        let parts =
-            Rows::new(sections.grid.len(), &|add| pairs.iter().for_each(|&(brick, part)| add(brick as usize, part)));
-        Bricks { parts, of_patch, divisions: Divisions::default() }
+        let by_leaf = Rows::new(grid.len(), &|add| pairs.iter().for_each(|&(brick, part)| add(brick as usize, part)));
+        SubCells { split, sections, parts, by_leaf, of_patch, divisions: Divisions::default() }
     }
 
     /// Whether some of the solid lies in the leaf that begins with a brick.
@@ -133,11 +121,12 @@ impl Bricks {
     }
 
     fn of(&self, brick: usize) -> &[u32] {
-        self.parts.row(brick)
+        self.by_leaf.row(brick)
     }
 
     /// Hands out the sub-cells with a box around each leaf that they have volume in, as far around it as points of the leaf may lie.
-    fn each_box(&self, grid: &Grid, mut with: impl FnMut(u32, Bounds<3>)) {
+    fn each_box(&self, mut with: impl FnMut(u32, Bounds<3>)) {
+        let grid = &self.sections.grid;
         for brick in 0..grid.len() {
             for &part in self.of(brick) {
                 let place = grid.place(brick);
@@ -155,14 +144,14 @@ fn angle(corners: [Vec3; 3]) -> f64 {
     if is_edge_on { 0.0 } else { solid_angle(&corners) }
 }
 
-impl Connected<'_> {
+impl SubCells {
     /// The part of the full solid angle around a point that a sub-cell fills: one inside, a half on its faces.
     fn share(&self, part: u32, x: &Vec3) -> f64 {
         let part = &self.parts.parts[part as usize];
         let mut sum = 0.0;
-        let point = |corner: u32| self.sections.point(self.split, corner) - x;
+        let point = |corner: u32| self.sections.point(&self.split, corner) - x;
         for &(section, sign) in &part.sections {
-            each_triangle(self.sections, section, |corners| sum += sign * angle(corners.each(point)));
+            each_triangle(&self.sections, section, |corners| sum += sign * angle(corners.each(point)));
         }
         for &patch in &part.patches {
             sum += angle(self.split.patches[patch as usize].corners.each(point));
@@ -179,9 +168,9 @@ impl Connected<'_> {
                 break;
             }
         }
-        if found[first..].iter().any(|part| self.by_brick.divisions.of_part.contains_key(part)) {
+        if found[first..].iter().any(|part| self.divisions.of_part.contains_key(part)) {
             for part in found.split_off(first) {
-                match self.by_brick.divisions.of_part.get(&part) {
+                match self.divisions.of_part.get(&part) {
                     Some(divided) => divided.at(x, found),
                     None => found.push(part),
                 }
@@ -194,13 +183,13 @@ impl Connected<'_> {
         let grid = &self.sections.grid;
         let first = found.len();
         for leaf in grid.leaves_in(&x.add_scalar(-EDGE_ON), &x.add_scalar(EDGE_ON)) {
-            for &part in self.by_brick.of(grid.brick(leaf)) {
-                let Some(divided) = self.by_brick.divisions.of_part.get(&part) else {
+            for &part in self.of(grid.brick(leaf)) {
+                let Some(divided) = self.divisions.of_part.get(&part) else {
                     found.push(part);
                     continue;
                 };
                 let own = found.len();
-                if !divided.connected().near(&divided.local(x), found) {
+                if !divided.cells.near(&divided.local(x), found) {
                     return false;
                 }
                 found[own..].iter_mut().for_each(|number| *number += divided.first);
@@ -213,23 +202,23 @@ impl Connected<'_> {
     pub(super) fn cut_near(&self, within: &Bounds<3>) -> Vec<u32> {
         let grid = &self.sections.grid;
         let leaves = grid.leaves_in(&within.low, &within.high);
-        let near = leaves.flat_map(|leaf| self.by_brick.of(grid.brick(leaf)).iter().copied());
+        let near = leaves.flat_map(|leaf| self.of(grid.brick(leaf)).iter().copied());
         near.filter(|part| !self.parts.parts[*part as usize].patches.is_empty()).collect()
     }
 
     /// Hands out the triangles of a patch with the sub-cells or divisions that they bound.
     pub(super) fn each_wall(&self, patch: u32, mut with: impl FnMut(u32, [Vec3; 3])) {
-        let part = self.by_brick.of_patch[patch as usize];
+        let part = self.of_patch[patch as usize];
         if part == NONE {
             return;
         }
-        let Some(divided) = self.by_brick.divisions.of_part.get(&part) else {
+        let Some(divided) = self.divisions.of_part.get(&part) else {
             return with(part, self.split.corners(patch));
         };
         for &piece in divided.of_patch.get(&patch).into_iter().flatten() {
-            let own = divided.bricks.of_patch[piece as usize];
+            let own = divided.cells.of_patch[piece as usize];
             if own != NONE {
-                with(divided.first + own, divided.split.corners(piece).each(|corner| divided.place(&corner)));
+                with(divided.first + own, divided.cells.split.corners(piece).each(|corner| divided.place(&corner)));
             }
         }
     }
@@ -240,7 +229,7 @@ impl Connected<'_> {
         let mut best: Option<(f64, u32)> = None;
         let grid = &self.sections.grid;
         let leaves: Vec<[i32; 3]> = grid.leaves_in(&x.add_scalar(-reach), &x.add_scalar(reach)).collect();
-        let of = |leaf: [i32; 3]| self.by_brick.of(grid.brick(leaf));
+        let of = |leaf: [i32; 3]| self.of(grid.brick(leaf));
         if let [leaf] = leaves[..]
             && let [only] = of(leaf)
         {
@@ -269,7 +258,7 @@ impl Connected<'_> {
 
     /// Hands out the sub-cells beside one, with the box of the section between.
     pub(super) fn each_beside(&self, part: u32, with: &mut dyn FnMut(u32, &Bounds<3>)) {
-        if let Some(beside) = self.by_brick.divisions.beside.get(&part) {
+        if let Some(beside) = self.divisions.beside.get(&part) {
             return beside.iter().for_each(|(other, face)| with(*other, face));
         }
         for &(section, sign) in &self.parts.parts[part as usize].sections {
@@ -288,13 +277,13 @@ impl Connected<'_> {
 }
 
 /// Places are those of the lattice, and no cells are known around particles.
-impl Adjacent<3> for Connected<'_> {
+impl Adjacent<3> for SubCells {
     fn count(&self) -> usize {
-        self.parts.parts.len().max(self.by_brick.divisions.count)
+        self.parts.parts.len().max(self.divisions.count)
     }
 
     fn at(&self, x: &Vec3, found: &mut Vec<u32>) {
-        Connected::at(self, x, found);
+        SubCells::at(self, x, found);
     }
 
     fn around(&self, _: u32) -> &[u32] {
@@ -309,10 +298,7 @@ impl Adjacent<3> for Connected<'_> {
 /// The cells of a lattice as points see them: whole ones, and at the roots of slots their sub-cells and divisions.
 pub(super) struct Whole {
     frame: Frame,
-    split: Split,
-    sections: Sections,
-    parts: Parts,
-    by_brick: Bricks,
+    cells: Arc<SubCells>,
     /// The first sub-cell of the cell that each sub-cell or division counts as; itself at the roots of slots.
     first: Vec<u32>,
     /// Those around each particle.
@@ -325,8 +311,8 @@ pub(super) struct Whole {
 
 impl Whole {
     /// Cells are given by their sub-cells, particles by their places in the lattice.
-    pub(super) fn new(frame: &Frame, connected: &Connected, cells: &[Vec<u32>], particles: &[Vec3]) -> Self {
-        let divisions = &connected.by_brick.divisions;
+    pub(super) fn new(frame: &Frame, connected: &Arc<SubCells>, cells: &[Vec<u32>], particles: &[Vec3]) -> Self {
+        let divisions = &connected.divisions;
         let mut first: Vec<u32> = (0..divisions.count as u32).collect();
         for parts in cells.iter().filter(|parts| !parts.iter().any(|part| divisions.of_part.contains_key(part))) {
             parts.iter().for_each(|&part| first[part as usize] = parts[0]);
@@ -348,21 +334,12 @@ impl Whole {
             let known = &mut bounds[first[number as usize] as usize];
             *known = known.join(own);
         };
-        connected.by_brick.each_box(&connected.sections.grid, |part, own| add(part, &own));
+        connected.each_box(|part, own| add(part, &own));
         for own in divisions.of_part.values() {
-            own.bricks.each_box(&own.sections.grid, |part, inner| add(own.first + part, &own.in_lattice(&inner)));
+            own.cells.each_box(|part, inner| add(own.first + part, &own.in_lattice(&inner)));
         }
-        let mut all = Whole {
-            frame: frame.clone(),
-            split: connected.split.clone(),
-            sections: connected.sections.clone(),
-            parts: connected.parts.clone(),
-            by_brick: connected.by_brick.clone(),
-            first,
-            around: Vec::new(),
-            beside,
-            bounds,
-        };
+        let mut all =
+            Whole { frame: frame.clone(), cells: connected.clone(), first, around: Vec::new(), beside, bounds };
         let around = |x: &Vec3| {
             let mut found = Vec::new();
             all.in_lattice(x, &mut found);
@@ -375,13 +352,9 @@ impl Whole {
     /// Adds what holds a point of the lattice.
     fn in_lattice(&self, u: &Vec3, found: &mut Vec<u32>) {
         let before = found.len();
-        self.connected().at(u, found);
+        self.cells.at(u, found);
         found[before..].iter_mut().for_each(|number| *number = self.first[*number as usize]);
         found.dedup();
-    }
-
-    fn connected(&self) -> Connected<'_> {
-        Connected { split: &self.split, sections: &self.sections, parts: &self.parts, by_brick: &self.by_brick }
     }
 }
 
@@ -396,7 +369,7 @@ impl Adjacent<3> for Whole {
 
     fn near(&self, x: &Vec3, found: &mut Vec<u32>) -> bool {
         let before = found.len();
-        if !self.connected().near(&self.frame.local(x), found) {
+        if !self.cells.near(&self.frame.local(x), found) {
             found.truncate(before);
             self.at(x, found);
             return true;

@@ -8,7 +8,7 @@ use crate::neighbours::{Flood, MARGIN};
 use crate::order;
 use crate::solid::foot;
 
-use super::connected::Connected;
+use super::connected::SubCells;
 use super::features::{Crease, Features};
 use super::grid::Grid;
 use super::split::Split;
@@ -118,7 +118,7 @@ impl Placing<'_> {
     /// Particles on corners, along sharp edges, and those of the lattice: inside, or moved onto the surface where it is nearer than
     /// half a spacing; of two that are closer than that and not on either side of a slot the later one goes, those from outside come last.
     /// Where a slot divides the solid around a place of the lattice, each part has a particle of its own.
-    pub(super) fn place(&self, connected: &Connected) -> Placed {
+    pub(super) fn place(&self, connected: &SubCells) -> Placed {
         let mut placed = Placed::default();
         // Numbers of particles, and the spacings there over the finest one.
         let (mut known, mut flood) = (Cubes::<3, (usize, f64)>::new(1.0), Flood::default());
@@ -140,7 +140,7 @@ impl Placing<'_> {
             let number = placed.positions.len();
             known.add(&at, (number, scale));
             placed.positions.push(at);
-            placed.scales.push(self.grid.widest(&at, |leaf| connected.by_brick.holds(self.grid.brick(leaf))));
+            placed.scales.push(self.grid.widest(&at, |leaf| connected.holds(self.grid.brick(leaf))));
             placed.on.push(on);
             Some(number as u32)
         };
@@ -180,7 +180,7 @@ impl Placing<'_> {
 
     /// The nearest point of the surface within half a spacing of a place, for each part of the solid around it that is connected there: the one
     /// that holds the place first, if it lies inside.
-    fn nearest_by_part(&self, connected: &Connected, flood: &mut Flood, x: &Vec3, inside: bool) -> Vec<Option<Vec3>> {
+    fn nearest_by_part(&self, connected: &SubCells, flood: &mut Flood, x: &Vec3, inside: bool) -> Vec<Option<Vec3>> {
         // The sub-cell, the point and its distance over half the spacing there, which is the last one.
         let mut by_part: Vec<(u32, Option<Vec3>, f64, f64)> = Vec::new();
         let scale = self.grid.scale(x);
@@ -228,7 +228,7 @@ impl Placing<'_> {
 }
 
 /// Whether two points are connected through sub-cells near both; the first lies in the given ones.
-fn is_connected(connected: &Connected, flood: &mut Flood, [x, y]: [&Vec3; 2], around: &[u32]) -> bool {
+fn is_connected(connected: &SubCells, flood: &mut Flood, [x, y]: [&Vec3; 2], around: &[u32]) -> bool {
     let margin = Vec3::repeat(MARGIN * f64::from(STEP) * connected.sections.grid.scale(x));
     let mut goal = Vec::new();
     connected.at(y, &mut goal);

@@ -6,7 +6,7 @@ use crate::each::{Each, EachOf, array_of};
 use crate::geometry::{Bounds, Cubes, Vec3, double_area};
 use crate::neighbours::{BoxTree, FACING, Flood, MARGIN};
 
-use super::connected::{Bricks, Connected, Divided, Divisions, FINER};
+use super::connected::{Divided, Divisions, FINER, SubCells};
 use super::grid::Grid;
 use super::parts::{NONE, Parts, each_triangle};
 use super::sections::Sections;
@@ -51,8 +51,8 @@ struct Beside {
 }
 
 /// The walls of all sub-cells.
-fn walls(connected: &Connected, normals: &[Vec3]) -> Vec<Wall> {
-    let (split, grid) = (connected.split, &connected.sections.grid);
+fn walls(connected: &SubCells, normals: &[Vec3]) -> Vec<Wall> {
+    let (split, grid) = (&connected.split, &connected.sections.grid);
     let mut found = Vec::new();
     for (part, own) in connected.parts.parts.iter().enumerate() {
         let mut alike: BTreeMap<[i8; 3], (Vec3, Vec3, f64, Vec<u32>)> = BTreeMap::new();
@@ -145,8 +145,8 @@ struct Joined {
 
 /// The sub-cells at the roots of slots: those around walls that face each other and that sub-cells connect near the line between them, and
 /// no farther from a slot than what is between them is wide, and the sub-cell besides.
-fn at_roots(connected: &Connected, normals: &[Vec3]) -> BTreeSet<u32> {
-    let (walls, mut flood, mut surface) = (walls(connected, normals), Flood::default(), Around::new(connected.split));
+fn at_roots(connected: &SubCells, normals: &[Vec3]) -> BTreeSet<u32> {
+    let (walls, mut flood, mut surface) = (walls(connected, normals), Flood::default(), Around::new(&connected.split));
     let (mut slots, mut joined) = (Vec::new(), Vec::new());
     let sizes: BTreeSet<i32> = walls.iter().map(|wall| wall.size).collect();
     for size in sizes {
@@ -184,12 +184,12 @@ fn at_roots(connected: &Connected, normals: &[Vec3]) -> BTreeSet<u32> {
 }
 
 /// A sub-cell divided by planes between those of bricks, its divisions numbered from one on, and where the triangles around it come from.
-fn divided(connected: &Connected, part: u32, first: u32) -> (Divided, Vec<Source>) {
+fn divided(connected: &SubCells, part: u32, first: u32) -> (Divided, Vec<Source>) {
     let own = &connected.parts.parts[part as usize];
     let (mut triangles, mut sources) = (Vec::new(), Vec::new());
     for &(section, sign) in &own.sections {
         let mut number = 0;
-        each_triangle(connected.sections, section, |[a, b, c]| {
+        each_triangle(&connected.sections, section, |[a, b, c]| {
             triangles.push(if sign > 0.0 { [a, b, c] } else { [a, c, b] });
             sources.push(Source::Section(section, number));
             number += 1;
@@ -203,7 +203,7 @@ fn divided(connected: &Connected, part: u32, first: u32) -> (Divided, Vec<Source
     let mut corners: Vec<Vec3> = Vec::new();
     for corner in triangles.iter_mut().flatten() {
         *corner = *numbers.entry(*corner).or_insert_with(|| {
-            corners.push(connected.sections.point(connected.split, *corner));
+            corners.push(connected.sections.point(&connected.split, *corner));
             corners.len() as u32 - 1
         });
     }
@@ -217,12 +217,12 @@ fn divided(connected: &Connected, part: u32, first: u32) -> (Divided, Vec<Source
     let mut own = Divided { first, size, low: Vec3::from(low.each(|at| f64::from(at * size))), ..Divided::default() };
     let corners: Vec<Vec3> = corners.mapped(|corner| own.local(corner));
     let grid = Grid::even(counts);
-    own.split = Split::new(&corners, &triangles);
-    let by_brick = by_brick(&own.split, grid.len(), |place| grid.brick(place));
-    own.sections = Sections::new(&own.split, grid);
-    own.parts = Parts::new(&own.split, &by_brick, &own.sections);
-    own.bricks = Bricks::new(&own.split, &own.sections, &own.parts);
-    for (number, patch) in own.split.patches.iter().enumerate() {
+    let split = Split::new(&corners, &triangles);
+    let by_brick = by_brick(&split, grid.len(), |place| grid.brick(place));
+    let sections = Sections::new(&split, grid);
+    let parts = Parts::new(&split, &by_brick, &sections);
+    own.cells = SubCells::new(split, sections, parts);
+    for (number, patch) in own.cells.split.patches.iter().enumerate() {
         if let Source::Patch(patch) = sources[patch.facet as usize] {
             own.of_patch.entry(patch).or_default().push(number as u32);
         }
@@ -250,12 +250,12 @@ fn meet(a: &Bounds<3>, b: &Bounds<3>) -> bool {
 
 impl Divisions {
     /// Divides the sub-cells at the roots of slots; normals are those of facets.
-    pub(super) fn new(connected: &Connected, normals: &[Vec3]) -> Self {
+    pub(super) fn new(connected: &SubCells, normals: &[Vec3]) -> Self {
         let mut all = Divisions { count: connected.parts.parts.len(), ..Divisions::default() };
         let mut sources = Vec::new();
         for part in at_roots(connected, normals) {
             let (own, from) = divided(connected, part, all.count as u32);
-            all.count += own.parts.parts.len();
+            all.count += own.cells.parts.parts.len();
             all.of_part.insert(part, own);
             sources.push(from);
         }
@@ -264,7 +264,7 @@ impl Divisions {
     }
 
     /// Finds what lies beside divisions, and beside the sub-cells around them.
-    fn connect(&mut self, connected: &Connected, sources: &[Vec<Source>]) {
+    fn connect(&mut self, connected: &SubCells, sources: &[Vec<Source>]) {
         let mut pairs = Pairs::default();
         // Divisions on both sides of a section hold the same pieces of its triangles, those of leaves of two sizes
         // pieces that overlap: by section, triangle and place, which is left out for those.
@@ -272,20 +272,20 @@ impl Divisions {
         let mut around: BTreeSet<u32> = BTreeSet::new();
         for ((&part, own), sources) in self.of_part.iter().zip(sources) {
             let signs: HashMap<u32, f64> = connected.parts.parts[part as usize].sections.iter().copied().collect();
-            let inner = own.connected();
-            for number in 0..own.parts.parts.len() as u32 {
+            let inner = &own.cells;
+            for number in 0..inner.parts.parts.len() as u32 {
                 let mut add =
                     |other, face: &Bounds<3>| pairs.add(own.first + number, own.first + other, &own.in_lattice(face));
                 inner.each_beside(number, &mut add);
             }
-            for (patch, &number) in own.split.patches.iter().zip(&own.bricks.of_patch) {
+            for (patch, &number) in inner.split.patches.iter().zip(&inner.of_patch) {
                 let Source::Section(section, triangle) = sources[patch.facet as usize] else { continue };
                 let above = signs[&section] > 0.0;
                 let other = connected.parts.beside[section as usize][usize::from(above)];
                 if other == NONE || number == NONE {
                     continue;
                 }
-                let face = Bounds::of(&patch.corners.each(|corner| own.place(&own.split.points[corner as usize])));
+                let face = Bounds::of(&patch.corners.each(|corner| own.place(&inner.split.points[corner as usize])));
                 let number = own.first + number;
                 let Some(beside) = self.of_part.get(&other) else {
                     around.insert(other);
@@ -330,7 +330,7 @@ mod tests {
 
     /// Sub-cells at the roots of slots.
     fn divided(solid: &Solid3, spacing: f64) -> usize {
-        CutLattice::new(solid, spacing).unwrap().of_brick.divisions.of_part.len()
+        CutLattice::new(solid, spacing).unwrap().sub_cells.divisions.of_part.len()
     }
 
     /// A plate of 4 by 4 by 1 without tools whose faces lie between z = −1 and 2.
