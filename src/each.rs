@@ -138,6 +138,13 @@ pub(crate) fn array_of<U: Copy, const N: usize>(mut f: impl FnMut(usize) -> U) -
     values
 }
 
+/// Share `part` of `parts` of so many items: the shares are as long as each other but for one.
+pub(crate) fn share_of(count: usize, part: usize, parts: usize) -> std::ops::Range<usize> {
+    let parts = parts.max(1);
+    let first = |part: usize| (count as u128 * part.min(parts) as u128 / parts as u128) as usize;
+    first(part)..first(part.saturating_add(1))
+}
+
 /// Adds numbers times a factor.
 #[inline(always)]
 pub(crate) fn add(to: &mut [f64], factor: f64, of: &[f64]) {

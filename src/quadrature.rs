@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::each::Each;
+use crate::each::{Each, share_of};
 use crate::error::{GeometryError, Invalid};
 use crate::geometry::{Point, mean};
 
@@ -57,10 +57,13 @@ pub fn gauss_legendre(n: usize) -> Result<(Vec<f64>, Vec<f64>), GeometryError> {
     Ok((abscissae, weights))
 }
 
+/// Abscissae and weights on $[0, 1]$.
+pub(crate) type LineRule = (Vec<f64>, Vec<f64>);
+
 /// A rule on each of several equal pieces of $[0, 1]$.
-pub(crate) fn in_pieces((abscissae, weights): &(Vec<f64>, Vec<f64>), pieces: usize) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn in_pieces((abscissae, weights): &LineRule, pieces: usize) -> LineRule {
     let count = pieces as f64;
-    let each = |piece| abscissae.iter().map(move |x| (piece as f64 + x) / count);
+    let each = |piece: usize| abscissae.iter().map(move |x| (piece as f64 + x) / count);
     ((0..pieces).flat_map(each).collect(), (0..pieces).flat_map(|_| weights.iter().map(|w| w / count)).collect())
 }
 
@@ -197,9 +200,7 @@ impl<const D: usize> Points<D> {
     }
 
     fn share_groups(&self, part: usize, parts: usize) -> std::ops::Range<usize> {
-        let (count, parts) = (self.groups.len().saturating_sub(1), parts.max(1));
-        let first = |part: usize| (count as u128 * part.min(parts) as u128 / parts as u128) as usize;
-        first(part)..first(part.saturating_add(1))
+        share_of(self.groups.len().saturating_sub(1), part, parts)
     }
 
     /// The points of a share.

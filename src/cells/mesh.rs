@@ -9,7 +9,7 @@ use crate::each::{Each, EachOf, IntoEach};
 use crate::error::GeometryError;
 use crate::geometry::{Curve, Region, Vec2};
 use crate::order;
-use crate::quadrature::Points;
+use crate::quadrature::{LineRule, Points};
 use crate::rows::Rows;
 
 /// A piece of the boundary that was drawn in one go: particles along a line or an arc.
@@ -334,7 +334,7 @@ pub(crate) fn three_points([a, b, c]: [Vec2; 3], area: f64) -> [(Vec2, f64); 3] 
 }
 
 /// Adds the Gauss points of the square collapsed onto a triangle, exact to degree $2n - 2$ for a rule of $n$ points.
-pub(crate) fn collapse(rule: &(Vec<f64>, Vec<f64>), corners: &[Vec2; 3], bulges: &[Vec2; 3], points: &mut Points<2>) {
+pub(crate) fn collapse(rule: &LineRule, corners: &[Vec2; 3], bulges: &[Vec2; 3], points: &mut Points<2>) {
     for (s, ws) in rule.0.iter().zip(&rule.1) {
         for (t, wt) in rule.0.iter().zip(&rule.1) {
             let (position, jacobian) = bent(corners, bulges, (1.0 - t) * s, t * s);

@@ -7,7 +7,7 @@ use crate::error::GeometryError;
 use crate::geometry::{Part, Point, Side};
 use crate::order;
 use crate::parallel::map_ranges;
-use crate::quadrature::{Points, check_parts, check_point_count, gauss_legendre};
+use crate::quadrature::{LineRule, Points, check_parts, check_point_count, gauss_legendre};
 
 use super::brick::{Shape, area_vector, determinant, ravel, unravel};
 use super::lattice::SERIAL_BELOW;
@@ -304,7 +304,7 @@ impl<const D: usize> Lattice<D> {
         &self,
         fine: &Lattice<D>,
         (parts, first_facet, facet_counts): (usize, &[usize; D], &[[usize; D]; D]),
-        inside: &(Vec<f64>, Vec<f64>),
+        inside: &LineRule,
         zones: &Zones,
         some: Range<usize>,
     ) -> Result<Smoothing<D>, GeometryError> {
@@ -436,10 +436,7 @@ pub(super) fn facet_point<const D: usize>(
 }
 
 /// Interior points on an interval, a quadrilateral or a brick.
-pub(super) fn interior_rule<const D: usize>(
-    shape: &Shape<D>,
-    (abscissae, weights): &(Vec<f64>, Vec<f64>),
-) -> Vec<(Point<D>, f64)> {
+pub(super) fn interior_rule<const D: usize>(shape: &Shape<D>, (abscissae, weights): &LineRule) -> Vec<(Point<D>, f64)> {
     let counts = [weights.len(); D];
     let point = |point| {
         let index = unravel(point, &counts);

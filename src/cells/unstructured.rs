@@ -9,7 +9,7 @@ use crate::each::{Each, EachOf, list_of, point_of};
 use crate::error::{ApproximationError, Error, GeometryError, MeshError};
 use crate::geometry::{Part, Point, padded};
 use crate::mesh::Mesh;
-use crate::quadrature::{Points, check_halves, check_point_count, gauss_legendre, in_pieces};
+use crate::quadrature::{LineRule, Points, check_halves, check_point_count, gauss_legendre, in_pieces};
 use crate::rows::Rows;
 
 use super::brick::{Shape, area_vector, multilinear};
@@ -54,7 +54,7 @@ pub struct Unstructured<const D: usize> {
 
 impl<const D: usize> Unstructured<D> {
     /// Four points of a cell in space that have its moments of second order, by a rule in its bricks.
-    fn by_moments(&self, cell: usize, rule: &(Vec<f64>, Vec<f64>)) -> Vec<(Point<D>, f64)> {
+    fn by_moments(&self, cell: usize, rule: &LineRule) -> Vec<(Point<D>, f64)> {
         let (mut inertia, mut points) = (Inertia::default(), Vec::with_capacity(4));
         for corner in 0..self.mesh.cell(cell).1.len() {
             for (at, weight) in interior_rule(&Shape::Straight(self.brick(cell, corner)), rule) {

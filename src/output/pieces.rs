@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::vtk::{VtkField, VtkGrid, VtkValues, open_array};
 use super::{check_ending, escaped, write_file};
-use crate::each::Each;
+use crate::each::{Each, share_of};
 use crate::error::OutputError;
 
 impl VtkValues {
@@ -36,9 +36,7 @@ impl VtkGrid {
     /// As [`to_xml`](Self::to_xml).
     pub fn piece(&self, part: usize, parts: usize) -> Result<VtkGrid, OutputError> {
         self.check()?;
-        let (count, parts) = (self.cells.len(), parts.max(1));
-        let first = |part: usize| (count as u128 * part.min(parts) as u128 / parts as u128) as usize;
-        let run: Vec<usize> = (first(part)..first(part.saturating_add(1))).collect();
+        let run: Vec<usize> = share_of(self.cells.len(), part, parts).collect();
         let mut named = vec![part == 0; self.points.len()];
         if part == 0 {
             self.cells.iter().flat_map(|cell| cell.corners()).for_each(|&corner| named[corner] = false);

@@ -152,7 +152,7 @@ impl VtkField {
 /// Vectors of D ≤ 3 components padded with zeros.
 fn threes<const D: usize>(vectors: &[SVector<f64, D>]) -> Vec<[f64; 3]> {
     const { assert!(D <= 3, "VTK's points have three components") };
-    vectors.mapped(|vector| padded(vector).into())
+    vectors.mapped(|vector| padded::<D, 3>(vector).into())
 }
 
 /// Points, cells between them and fields on both.

@@ -5,7 +5,7 @@ use crate::cells::{Lattice, Locator, Zones, area_vector, determinant, interpolat
 use crate::each::{Each, EachOf, array_of, point_of};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Bounds, Part, Point, Side};
-use crate::quadrature::{Points, check_point_count, gauss_legendre, in_pieces, shared};
+use crate::quadrature::{LineRule, Points, check_point_count, gauss_legendre, in_pieces, shared};
 
 use super::{Approximation, Scratch, ShapeFunctions};
 
@@ -193,7 +193,7 @@ impl<const D: usize> FiniteElements<D> {
     fn faces_by(
         &self,
         part: &Part,
-        (abscissae, weights): &(Vec<f64>, Vec<f64>),
+        (abscissae, weights): &LineRule,
         pieces: usize,
     ) -> Result<ElementPoints<D>, GeometryError> {
         let n = abscissae.len() / pieces;

@@ -215,14 +215,14 @@ fn joined(
     all.gradients.shrink_to_fit();
     all.local.shrink_to_fit();
     let offsets = |ends: &[usize]| std::iter::once(0).chain(ends.iter().copied()).collect::<Vec<_>>();
-    let clusters = Clusters::new(
-        groups.to_vec(),
-        offsets(&all.cluster_ends),
-        std::mem::take(&mut all.cluster_nodes),
-        std::mem::take(&mut all.local),
-        std::mem::take(&mut all.lists),
-        offsets(&all.ends),
-    );
+    let clusters = Clusters {
+        points: groups.to_vec(),
+        node_offsets: offsets(&all.cluster_ends),
+        nodes: std::mem::take(&mut all.cluster_nodes),
+        local: std::mem::take(&mut all.local),
+        lists: std::mem::take(&mut all.lists),
+        offsets: offsets(&all.ends),
+    };
     Ok((all, clusters))
 }
 

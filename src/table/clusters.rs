@@ -16,28 +16,19 @@ fn between(offsets: &[usize], k: usize) -> std::ops::Range<usize> {
 /// sparse matrix is touched once per cluster and not once per point.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Clusters {
-    points: Vec<usize>,
-    node_offsets: Vec<usize>,
-    nodes: Vec<u32>,
-    local: Vec<u16>,
-    lists: Vec<u32>,
-    offsets: Vec<usize>,
+    /// The first point and the first node of each cluster, of which each is a run.
+    pub(super) points: Vec<usize>,
+    pub(super) node_offsets: Vec<usize>,
+    /// The nodes of each cluster, by rising index.
+    pub(super) nodes: Vec<u32>,
+    /// For each node of a list its place among those of the cluster.
+    pub(super) local: Vec<u16>,
+    /// The list of each point, and where the lists start.
+    pub(super) lists: Vec<u32>,
+    pub(super) offsets: Vec<usize>,
 }
 
 impl Clusters {
-    /// Clusters of consecutive points: first point and first node of each, their nodes by rising index, and for
-    /// each node of each point its place among those of the cluster: the list of each point, and where the lists start.
-    pub(super) fn new(
-        points: Vec<usize>,
-        node_offsets: Vec<usize>,
-        nodes: Vec<u32>,
-        local: Vec<u16>,
-        lists: Vec<u32>,
-        offsets: Vec<usize>,
-    ) -> Self {
-        Clusters { points, node_offsets, nodes, local, lists, offsets }
-    }
-
     /// Adds a number to the index of each node.
     pub(super) fn shift(&mut self, first: u32) {
         self.nodes.iter_mut().for_each(|node| *node += first);

@@ -133,7 +133,8 @@ impl Grid {
         // Each at its first brick among these.
         places(low, high).filter_map(move |place| {
             let leaf = self.leaf(place);
-            (array_of(|i| leaf[i].max(low[i])) == place).then_some(leaf)
+            let first: [i32; 3] = array_of(|i| leaf[i].max(low[i]));
+            (first == place).then_some(leaf)
         })
     }
 

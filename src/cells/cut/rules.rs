@@ -5,7 +5,7 @@ use std::f64::consts::SQRT_2;
 use crate::each::EachOf;
 use crate::error::GeometryError;
 use crate::geometry::{Vec3, double_area};
-use crate::quadrature::gauss_legendre;
+use crate::quadrature::{LineRule, gauss_legendre};
 
 use super::super::inertia::Inertia;
 
@@ -18,7 +18,7 @@ const SECOND: [([f64; 2], f64); 3] =
 
 /// Rules with so many points per direction.
 pub(super) struct Rules {
-    line: (Vec<f64>, Vec<f64>),
+    line: LineRule,
     /// Coordinates along two edges of a triangle, and parts of its area.
     triangle: Vec<([f64; 2], f64)>,
 }

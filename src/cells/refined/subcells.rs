@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::each::Each;
 use crate::geometry::{Vec2, mean};
-use crate::quadrature::Points;
+use crate::quadrature::{LineRule, Points};
 
 use super::super::Smoothing;
 use super::super::brick::{determinant, multilinear};
@@ -20,9 +20,9 @@ fn cut(positions: &[Vec2], ends: (u32, u32), bulge: &Vec2, k: usize, parts: usiz
 /// Abscissae and weights along the sides of the unit square.
 pub(super) struct Rules {
     /// Two points: exact to degree 3.
-    pub(super) straight: (Vec<f64>, Vec<f64>),
+    pub(super) straight: LineRule,
     /// Three points, for the maps of curved sides.
-    pub(super) curved: (Vec<f64>, Vec<f64>),
+    pub(super) curved: LineRule,
 }
 
 /// Facets while sub-cells are built: each with its two ends.

@@ -3,6 +3,7 @@
 use crate::each::list_of;
 use crate::geometry::Point;
 use crate::mesh::CellShape;
+use crate::quadrature::LineRule;
 
 use super::super::smoothing::facet_point;
 
@@ -14,6 +15,6 @@ pub(super) fn opposite(shape: CellShape, corner: usize, axis: usize) -> usize {
 }
 
 /// Unit-cube coordinates and weights of the points of a rule on the side of a brick at one end of an axis.
-pub(super) fn side_points<const D: usize>(axis: usize, end: f64, rule: &(Vec<f64>, Vec<f64>)) -> Vec<(Point<D>, f64)> {
+pub(super) fn side_points<const D: usize>(axis: usize, end: f64, rule: &LineRule) -> Vec<(Point<D>, f64)> {
     list_of(rule.0.len().pow(D as u32 - 1), |point| facet_point(axis, end, point, &rule.0, &rule.1))
 }

@@ -8,6 +8,7 @@ use crate::cells::BoundaryCells;
 use crate::cells::brick::{area_vector, multilinear};
 use crate::each::Each;
 use crate::geometry::{Point, Vec3, padded};
+use crate::quadrature::LineRule;
 
 use super::Unstructured;
 use super::bricks::{opposite, side_points};
@@ -26,7 +27,7 @@ impl<const D: usize> Unstructured<D> {
     /// to face: there the weights of the particles around a face are the trace functions with the smallest change for which
     /// $\sum_J f_J = 1$ and $\sum_J f_J\\,n_J = n$, with $n_J$ the mean normal at particle $J$; those on a rim
     /// between two curved pieces carry trace functions of one of them. These may be negative: contact takes the linear ones, without `bends`.
-    pub(super) fn facets(&self, piece: &Piece, rule: &(Vec<f64>, Vec<f64>), bends: bool) -> BoundaryCells<D> {
+    pub(super) fn facets(&self, piece: &Piece, rule: &LineRule, bends: bool) -> BoundaryCells<D> {
         let mut cells = BoundaryCells::empty();
         let bent = (bends && piece.curved).then(|| Bent::new(self, piece));
         for &face in &piece.faces {
