@@ -8,10 +8,10 @@ mod parts;
 mod refine;
 mod shape;
 
-use crate::each::{Each, EachOf, array_of, point_of, sum_of};
+use crate::each::{Each, EachOf, array_of, sum_of};
 use crate::error::MeshError;
-use crate::geometry::{Point, Vec3, padded};
-use elements::{Elements, Group};
+use crate::geometry::{Point, padded};
+use elements::{Content, Elements, Group};
 pub use shape::CellShape;
 pub(crate) use shape::spanned;
 use std::collections::HashMap;
@@ -46,22 +46,9 @@ pub struct Mesh<const D: usize> {
     curved: HashMap<[u32; 2], Point<D>>,
 }
 
-/// What a mesh is made of, its places with three components.
-struct Gathered {
-    points: Vec<Vec3>,
-    elements: [Elements; 4],
-    groups: Vec<Group>,
-    curved: HashMap<[u32; 2], Vec3>,
-}
-
 /// Takes nodes, elements and groups of a body out of what a file has.
-fn gathered(
-    dimension: usize,
-    all: Vec<[f64; 3]>,
-    mut elements: [Elements; 4],
-    mut groups: Vec<Group>,
-    middles: HashMap<[u32; 2], [f64; 3]>,
-) -> Result<Gathered, MeshError> {
+fn gathered(dimension: usize, content: Content) -> Result<Content, MeshError> {
+    let Content { points: all, mut elements, mut groups, middles } = content;
     let highest = (0..=3).rev().find(|&k| elements[k].len() > 0).unwrap_or(0);
     ensure!(
         highest == dimension,
@@ -89,7 +76,7 @@ fn gathered(
             return Err(MeshError::Array { what, remedy: "give finite coordinates" });
         }
         *number = points.len() as u32;
-        points.push(point_of(|i| if i < dimension { x[i] } else { 0.0 }));
+        points.push(array_of(|i| if i < dimension { x[i] } else { 0.0 }));
         extent = extent.max((x[0] - all[0][0]).abs()).max((x[1] - all[0][1]).abs());
     }
     if dimension == 2 && all.iter().zip(&number).any(|(x, n)| *n != UNUSED && (x[2] - level).abs() > 1e-9 * extent) {
@@ -102,7 +89,7 @@ fn gathered(
     for (ends, middle) in middles {
         let [a, b] = ends.each(|end| number[end as usize]);
         if a != UNUSED && b != UNUSED && middle.iter().all(|x| x.is_finite()) {
-            curved.insert([a.min(b), a.max(b)], middle.into());
+            curved.insert([a.min(b), a.max(b)], middle);
         }
     }
     drop(all);
@@ -131,7 +118,7 @@ fn gathered(
         }
     }
     groups.retain(|group| group.dimension <= dimension && !group.members.is_empty());
-    Ok(Gathered { points, elements, groups, curved })
+    Ok(Content { points, elements, groups, middles: curved })
 }
 
 impl<const D: usize> Mesh<D> {
@@ -152,8 +139,7 @@ impl<const D: usize> Mesh<D> {
     /// # Errors
     /// As [`read`](Mesh::read).
     pub fn parse(bytes: &[u8]) -> Result<Self, MeshError> {
-        let msh::Content { points, elements, groups, middles } = msh::parse(bytes)?;
-        Self::assemble(points, elements, groups, middles)
+        Self::assemble(msh::parse(bytes)?)
     }
 
     /// A mesh of arrays, as any reader has them: positions, blocks of elements of one shape with their corners one after
@@ -218,23 +204,17 @@ impl<const D: usize> Mesh<D> {
             named.push(Group { name: name.clone(), dimension, members: found });
         }
         let points = points.iter().map(padded::<D, 3>).map(|x| x.into()).collect();
-        Self::assemble(points, elements, named, HashMap::new())
+        Self::assemble(Content { points, elements, groups: named, middles: HashMap::new() })
     }
 
     /// Drops what the body does not use and checks the cells.
-    fn assemble(
-        all: Vec<[f64; 3]>,
-        elements: [Elements; 4],
-        groups: Vec<Group>,
-        middles: HashMap<[u32; 2], [f64; 3]>,
-    ) -> Result<Self, MeshError> {
+    fn assemble(content: Content) -> Result<Self, MeshError> {
         crate::geometry::check_dimension::<D>()
             .map_err(|error| MeshError::Dimension { what: error.to_string(), remedy: "read Mesh<2> or Mesh<3>" })?;
-        let Gathered { points, elements, groups, curved } = gathered(D, all, elements, groups, middles)?;
-        let mut mesh = Mesh { points: points.mapped(padded), elements, groups, curved: HashMap::new() };
-        for (ends, middle) in curved {
-            mesh.curved.insert(ends, padded(&middle));
-        }
+        let Content { points, elements, groups, middles } = gathered(D, content)?;
+        let place = |x: &[f64; 3]| padded::<3, D>(&(*x).into());
+        let curved = middles.iter().map(|(ends, middle)| (*ends, place(middle))).collect();
+        let mut mesh = Mesh { points: points.mapped(place), elements, groups, curved };
         mesh.orient()?;
         Ok(mesh)
     }

@@ -318,6 +318,10 @@ impl CutLattice {
         Placing { split: &self.sub_cells.split, by_brick: &self.by_brick, grid: &self.grid, features: &self.features }
     }
 
+    fn part(&self, number: u32) -> &parts::Part {
+        &self.sub_cells.parts.parts[number as usize]
+    }
+
     /// The patches of a sub-cell in runs of one plane and brick.
     fn runs<'a>(&'a self, part: &'a parts::Part) -> impl Iterator<Item = &'a [u32]> {
         let plane = |patch: u32| plane_of(&self.grid, &self.sub_cells.split, &self.features, patch);
@@ -347,18 +351,11 @@ impl CutLattice {
     fn on_section(&self, rules: &Rules, section: u32, mut with: impl FnMut(Vec3, Vec3)) {
         let own = &self.sub_cells.sections.sections[section as usize];
         if own.triangles.is_empty() {
-            let [a, b, _, d] = self
-                .sub_cells
-                .sections
-                .corners(own)
-                .each(|corner| self.sub_cells.sections.point(&self.sub_cells.split, corner));
+            let [a, b, _, d] = self.sub_cells.sections.corners(own).each(|corner| self.sub_cells.point(corner));
             rules.on_face(&a, &[b - a, d - a], with);
         } else {
             for corners in &self.sub_cells.sections.triangles[own.triangles.clone()] {
-                rules.on_triangle(
-                    &corners.each(|corner| self.sub_cells.sections.point(&self.sub_cells.split, corner)),
-                    &mut with,
-                );
+                rules.on_triangle(&corners.each(|corner| self.sub_cells.point(corner)), &mut with);
             }
         }
     }
@@ -368,7 +365,7 @@ impl CutLattice {
         let mut triangles: Vec<[Vec3; 3]> = Vec::with_capacity(2 * sections.len());
         for &section in sections {
             each_triangle(&self.sub_cells.sections, section, |corners| {
-                triangles.push(corners.each(|corner| self.sub_cells.sections.point(&self.sub_cells.split, corner)));
+                triangles.push(corners.each(|corner| self.sub_cells.point(corner)));
             });
         }
         let mut any = false;
@@ -399,7 +396,7 @@ impl CutLattice {
         for &(section, sign) in &part.sections {
             each_triangle(&self.sub_cells.sections, section, |[a, b, c]| {
                 let base = if sign > 0.0 { [a, b, c] } else { [a, c, b] };
-                with(base.each(|corner| self.sub_cells.sections.point(&self.sub_cells.split, corner)));
+                with(base.each(|corner| self.sub_cells.point(corner)));
             });
         }
         part.patches.iter().for_each(|&patch| with(self.sub_cells.split.corners(patch)));
@@ -407,7 +404,7 @@ impl CutLattice {
 
     /// Points inside a sub-cell with their weights, in coordinates of the lattice.
     fn in_part(&self, rules: &Rules, part: u32, mut with: impl FnMut(Vec3, f64)) {
-        let part = &self.sub_cells.parts.parts[part as usize];
+        let part = self.part(part);
         self.around(part, |base| rules.in_tetrahedron(&part.centre, &base, &mut with));
     }
 
@@ -415,7 +412,7 @@ impl CutLattice {
     fn by_moments(&self, parts: &[u32], with: impl FnMut(Vec3, f64)) {
         let mut inertia = Inertia::default();
         for &part in parts {
-            let part = &self.sub_cells.parts.parts[part as usize];
+            let part = self.part(part);
             self.around(part, |base| inertia.add_cone(&part.centre, &base));
         }
         inertia.in_body(with);
@@ -424,13 +421,13 @@ impl CutLattice {
     /// Whether the surface leaves a cell alone: one whole brick between eight particles' places.
     fn is_whole(&self, cell: usize) -> bool {
         let own = &self.cells[cell];
-        let brick = self.sub_cells.parts.parts[own[0] as usize].brick;
+        let brick = self.part(own[0]).brick;
         let leaves = STEP * self.half_spacing(brick) / self.size(brick);
         own.len() == leaves.pow(3) as usize && own.iter().all(|&part| self.is_whole_part(part))
     }
 
     fn is_whole_part(&self, part: u32) -> bool {
-        let part = &self.sub_cells.parts.parts[part as usize];
+        let part = self.part(part);
         part.patches.is_empty() && part.volume == f64::from(self.size(part.brick)).powi(3)
     }
 
@@ -446,7 +443,7 @@ impl CutLattice {
 
     /// The place of the lowest particle of the brick that a cell lies in, and the brick's size.
     fn lowest(&self, cell: usize) -> ([i32; 3], i32) {
-        let brick = self.sub_cells.parts.parts[self.cells[cell][0] as usize].brick;
+        let brick = self.part(self.cells[cell][0]).brick;
         let size = STEP * self.half_spacing(brick);
         (self.grid.place(brick as usize).each(|at| at / size * size), size)
     }
@@ -458,7 +455,7 @@ impl CutLattice {
         for (zone, cells) in zones.each().enumerate() {
             for &part in cells.iter().flat_map(|cell| &self.cells[*cell as usize]) {
                 zone_of[part as usize] = zone as u32;
-                inner[zone].add_part(&self.sub_cells.parts.parts[part as usize]);
+                inner[zone].add_part(self.part(part));
             }
         }
         (inner, zone_of)
@@ -607,9 +604,9 @@ impl CutLattice {
             }
             let near = leaves.iter().filter_map(|leaf| by_brick.get(leaf));
             let near: Vec<u32> = near.flatten().copied().collect();
-            let whole: f64 = near.summed(|&part| self.sub_cells.parts.parts[part as usize].volume);
+            let whole: f64 = near.summed(|&part| self.part(part).volume);
             for part in near {
-                with(part, particle, self.sub_cells.parts.parts[part as usize].volume / whole);
+                with(part, particle, self.part(part).volume / whole);
             }
         }
     }
@@ -671,7 +668,7 @@ impl Cells<3> for CutLattice {
         if !around.is_empty() {
             return around;
         }
-        let centre = self.sub_cells.parts.parts[self.cells[cell][0] as usize].centre;
+        let centre = self.part(self.cells[cell][0]).centre;
         let distance = |particle: &usize| (self.placed.positions[*particle] - centre).norm_squared();
         let nearest = (0..self.positions.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
         nearest.into_iter().collect()
@@ -790,7 +787,7 @@ impl Cells<3> for CutLattice {
                 return;
             }
             for &own in &self.cells[cell] {
-                let own_part = &self.sub_cells.parts.parts[own as usize];
+                let own_part = self.part(own);
                 match self.is_whole_part(own) {
                     true => {
                         let (centre, size) = (own_part.centre, f64::from(self.size(own_part.brick)));
@@ -820,10 +817,9 @@ impl Cells<3> for CutLattice {
                 for run in runs {
                     let mut facets: Vec<(u32, f64)> = Vec::with_capacity(7);
                     for &part in run {
-                        let own = &self.sub_cells.parts.parts[part as usize];
+                        let own = self.part(part);
                         for &(section, sign) in &own.sections {
-                            let other = self.sub_cells.parts.beside[section as usize][usize::from(sign > 0.0)];
-                            if other != NONE && run.contains(&other) {
+                            if self.sub_cells.parts.across(section, sign).is_some_and(|other| run.contains(&other)) {
                                 continue;
                             }
                             let first = faces.first(section);
@@ -860,8 +856,8 @@ impl Cells<3> for CutLattice {
                             self.by_moments(run, &mut add);
                         }
                     }
-                    let volume: f64 = run.summed(|&part| self.sub_cells.parts.parts[part as usize].volume);
-                    let moment = run.iter().map(|&part| &self.sub_cells.parts.parts[part as usize]);
+                    let volume: f64 = run.summed(|&part| self.part(part).volume);
+                    let moment = run.iter().map(|&part| self.part(part));
                     let moment = moment.map(|part| part.centre * part.volume).sum::<Vec3>();
                     out.centres.push(self.frame.place(&(moment / volume)));
                     out.cells.push(facets);

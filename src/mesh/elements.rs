@@ -1,5 +1,7 @@
 //! Elements of one dimension, flat.
 
+use std::collections::HashMap;
+
 use crate::each::Each;
 use crate::geometry::{Point, Vec3, double_area, padded};
 
@@ -12,6 +14,15 @@ pub(crate) struct Group {
     pub dimension: usize,
     /// Places in the list of that dimension, rising.
     pub members: Vec<u32>,
+}
+
+/// What a mesh is made of, its places with three components.
+pub(crate) struct Content {
+    pub points: Vec<[f64; 3]>,
+    pub elements: [Elements; 4],
+    pub groups: Vec<Group>,
+    /// Middles of curved edges by the places of their ends.
+    pub middles: HashMap<[u32; 2], [f64; 3]>,
 }
 
 /// Elements of one dimension and their corners, one after the other.

@@ -7,8 +7,9 @@ mod version4;
 
 use crate::error::MeshError;
 
+use super::elements::Content;
+
 use bytes::Bytes;
-pub(super) use reading::Content;
 use reading::Reading;
 
 /// Reads a file.

@@ -6,7 +6,7 @@ use crate::each::Each;
 use crate::error::MeshError;
 use crate::geometry::padded;
 
-use super::elements::{Elements, Group};
+use super::elements::{Content, Elements, Group};
 use super::shape::CellShape;
 use super::{Mesh, face_key};
 
@@ -79,7 +79,7 @@ impl<const D: usize> Mesh<D> {
         }
         let points = self.points.mapped(|x| padded::<D, 3>(x).into());
         let middles = self.curved.iter().map(|(ends, x)| (*ends, padded::<D, 3>(x).into())).collect();
-        Self::assemble(points, elements, groups, middles)
+        Self::assemble(Content { points, elements, groups, middles })
     }
 }
 

@@ -272,30 +272,21 @@ impl VtkGrid {
     }
 }
 
-/// One file of a [`PvdCollection`].
-#[derive(Debug, Clone, PartialEq)]
-struct PvdEntry {
-    /// Time or load factor.
-    time: f64,
-    /// The `.vtu` file.
-    file: PathBuf,
-}
-
 /// The `.vtu` files of a path, in time or load.
 ///
 /// Write it again after each step: the file is complete each time and so can be opened while the
 /// analysis still runs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PvdCollection {
-    /// The files, in the order ParaView shall list them.
-    entries: Vec<PvdEntry>,
+    /// Times or load factors and the files, in the order ParaView shall list them.
+    entries: Vec<(f64, PathBuf)>,
 }
 
 impl PvdCollection {
     /// Appends a file. A path below the collection's own directory is written relative to it;
     /// any other is written as it stands.
     pub fn push(&mut self, time: f64, file: impl Into<PathBuf>) -> &mut Self {
-        self.entries.push(PvdEntry { time, file: file.into() });
+        self.entries.push((time, file.into()));
         self
     }
 
@@ -313,7 +304,7 @@ impl PvdCollection {
         let mut xml = String::from(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
         );
-        for PvdEntry { time, file } in &self.entries {
+        for (time, file) in &self.entries {
             ensure!(
                 time.is_finite(),
                 OutputError::Io {

@@ -115,6 +115,11 @@ impl SubCells {
         SubCells { split, sections, parts, by_leaf, of_patch, divisions: Divisions::default() }
     }
 
+    /// The place of a corner of sections.
+    pub(super) fn point(&self, corner: u32) -> Vec3 {
+        self.sections.point(&self.split, corner)
+    }
+
     /// Whether some of the solid lies in the leaf that begins with a brick.
     pub(super) fn holds(&self, brick: usize) -> bool {
         !self.of(brick).is_empty()
@@ -149,7 +154,7 @@ impl SubCells {
     fn share(&self, part: u32, x: &Vec3) -> f64 {
         let part = &self.parts.parts[part as usize];
         let mut sum = 0.0;
-        let point = |corner: u32| self.sections.point(&self.split, corner) - x;
+        let point = |corner: u32| self.point(corner) - x;
         for &(section, sign) in &part.sections {
             each_triangle(&self.sections, section, |corners| sum += sign * angle(corners.each(point)));
         }
@@ -262,10 +267,7 @@ impl SubCells {
             return beside.iter().for_each(|(other, face)| with(*other, face));
         }
         for &(section, sign) in &self.parts.parts[part as usize].sections {
-            let other = self.parts.beside[section as usize][usize::from(sign > 0.0)];
-            if other == NONE {
-                continue;
-            }
+            let Some(other) = self.parts.across(section, sign) else { continue };
             // The whole face between the bricks, however little of it the solid fills.
             let section = &self.sections.sections[section as usize];
             let low = Vec3::from(self.sections.grid.place(section.brick as usize).each(f64::from));

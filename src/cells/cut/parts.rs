@@ -80,6 +80,11 @@ impl Parts {
         self.parts.push(part);
     }
 
+    /// The part beyond a section, which the sign turns outward; none where there is no other.
+    pub(super) fn across(&self, section: u32, sign: f64) -> Option<u32> {
+        Some(self.beside[section as usize][usize::from(sign > 0.0)]).filter(|other| *other != NONE)
+    }
+
     /// Parts that are connected within a leaf joined, each in the lowest brick of its leaf.
     pub(super) fn in_leaves(mut self, sections: &Sections) -> Self {
         let grid = &sections.grid;
@@ -121,10 +126,7 @@ impl Parts {
             let mut areas: Vec<(u32, f64)> = Vec::new();
             let all = members.get(&own).cloned().unwrap_or_else(|| vec![own]);
             for &(section, sign) in all.iter().flat_map(|&member| &self.parts[member as usize].sections) {
-                let other = self.beside[section as usize][usize::from(sign > 0.0)];
-                if other == NONE {
-                    continue;
-                }
+                let Some(other) = self.across(section, sign) else { continue };
                 let other = sets.leader(other as usize) as u32;
                 let area = sections.sections[section as usize].area.abs();
                 if other != own {
@@ -158,8 +160,7 @@ impl Parts {
             }
             into.patches.extend(part.patches);
             into.sections.extend(part.sections.into_iter().filter(|&(section, sign)| {
-                let other = self.beside[section as usize][usize::from(sign > 0.0)];
-                other == NONE || of[other as usize] != of[place]
+                self.across(section, sign).is_none_or(|other| of[other as usize] != of[place])
             }));
         }
         for beside in &mut self.beside {

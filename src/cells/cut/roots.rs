@@ -203,7 +203,7 @@ fn divided(connected: &SubCells, part: u32, first: u32) -> (Divided, Vec<Source>
     let mut corners: Vec<Vec3> = Vec::new();
     for corner in triangles.iter_mut().flatten() {
         *corner = *numbers.entry(*corner).or_insert_with(|| {
-            corners.push(connected.sections.point(&connected.split, *corner));
+            corners.push(connected.point(*corner));
             corners.len() as u32 - 1
         });
     }

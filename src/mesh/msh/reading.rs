@@ -5,17 +5,8 @@ use std::collections::HashMap;
 use super::bytes::Bytes;
 use crate::each::EachOf;
 use crate::error::MeshError;
-use crate::mesh::elements::{Elements, Group};
+use crate::mesh::elements::{Content, Elements, Group};
 use crate::mesh::shape::CellShape;
-
-/// What a file holds.
-pub(crate) struct Content {
-    pub points: Vec<[f64; 3]>,
-    pub elements: [Elements; 4],
-    pub groups: Vec<Group>,
-    /// Middles of curved edges by the places of their ends.
-    pub middles: HashMap<[u32; 2], [f64; 3]>,
-}
 
 /// What was read so far.
 #[derive(Default)]
