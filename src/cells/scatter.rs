@@ -111,14 +111,7 @@ pub(crate) fn expected(region: &Region, function: &dyn Fn(&Vec2) -> f64) -> Resu
 pub(crate) fn scatter(region: &Region, spacing: &Spacing<'_>, settings: &Scatter) -> Result<Mesh, GeometryError> {
     let ([inside, outline], smallest) = spacing.expected(region)?;
     let expected = inside + outline + 1.0;
-    ensure!(
-        !(expected > LIMIT),
-        GeometryError::Count {
-            what: "particles in the region",
-            count: expected as usize,
-            needed: "raise the spacing: at most 2e7 are accepted"
-        }
-    );
+    check_count(expected)?;
     ensure!(
         !(smallest > region.extent()),
         Invalid::new("particle spacing", smallest, "give a spacing below the smaller extent of the shape")
@@ -138,6 +131,12 @@ pub(crate) fn scatter(region: &Region, spacing: &Spacing<'_>, settings: &Scatter
         mesh = Mesh::new(mesh.positions, mesh.pieces)?;
     }
     Ok(mesh)
+}
+
+fn check_count(count: f64) -> Result<(), GeometryError> {
+    let needed = "raise the spacing: at most 2e7 are accepted";
+    ensure!(!(count > LIMIT), GeometryError::Count { what: "particles in the region", count: count as usize, needed });
+    Ok(())
 }
 
 /// Particles on the boundary.
@@ -226,14 +225,7 @@ fn blue_noise(
         if !placed {
             active.swap_remove(chosen);
         }
-        ensure!(
-            !(positions.len() as f64 > LIMIT),
-            GeometryError::Count {
-                what: "particles in the region",
-                count: positions.len(),
-                needed: "raise the spacing: at most 2e7 are accepted"
-            }
-        );
+        check_count(positions.len() as f64)?;
     }
     Ok(())
 }

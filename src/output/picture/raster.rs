@@ -71,6 +71,12 @@ impl Canvas {
         }
     }
 
+    /// The pixels along an axis whose middles lie between two places.
+    fn pixels(&self, axis: usize, least: f64, most: f64) -> std::ops::Range<usize> {
+        let end = ((most - 0.5).floor() + 1.0).clamp(0.0, self.size[axis] as f64);
+        (least - 0.5).ceil().max(0.0) as usize..end as usize
+    }
+
     fn triangle(&mut self, corners: [&Corner; 3]) {
         let dense = DENSITY * SAMPLES as f64;
         let [a, b, c] = corners.each(|corner| [corner.at[0] * dense, corner.at[1] * dense]);
@@ -80,11 +86,7 @@ impl Canvas {
         if area == 0.0 {
             return;
         }
-        let [columns, rows] = [0, 1].map(|i| {
-            let [least, most] = [a[i].min(b[i]).min(c[i]), a[i].max(b[i]).max(c[i])];
-            (least - 0.5).ceil().max(0.0) as usize
-                ..((most - 0.5).floor() + 1.0).clamp(0.0, self.size[i] as f64) as usize
-        });
+        let [columns, rows] = [0, 1].map(|i| self.pixels(i, a[i].min(b[i]).min(c[i]), a[i].max(b[i]).max(c[i])));
         for row in rows {
             for column in columns.clone() {
                 let x = [column as f64 + 0.5, row as f64 + 0.5];
@@ -133,11 +135,7 @@ impl Canvas {
     fn segment(&mut self, [p, q]: [[f64; 3]; 2], half: f64, cover: f64) {
         let along = [q[0] - p[0], q[1] - p[1]];
         let square = along[0] * along[0] + along[1] * along[1];
-        let [columns, rows] = [0, 1].map(|i| {
-            let [least, most] = [p[i].min(q[i]) - half, p[i].max(q[i]) + half];
-            (least - 0.5).ceil().max(0.0) as usize
-                ..((most - 0.5).floor() + 1.0).clamp(0.0, self.size[i] as f64) as usize
-        });
+        let [columns, rows] = [0, 1].map(|i| self.pixels(i, p[i].min(q[i]) - half, p[i].max(q[i]) + half));
         for row in rows {
             for column in columns.clone() {
                 let x = [column as f64 + 0.5 - p[0], row as f64 + 0.5 - p[1]];
