@@ -118,6 +118,13 @@ impl<M: Material> Material for FreeThickness<M> {
         None
     }
 
+    /// That of the inner material, at the thickness to which a law that is stressed at rest settles.
+    fn start(&self, memory: &mut [f64]) {
+        self.0.start(memory);
+        let rest = memory.to_vec();
+        self.remember(&Mat3::identity(), Past { memory: &rest, elapsed: 0.0 }, memory);
+    }
+
     fn settled(&self, f: &Mat3, past: Past<'_>) -> Mat3 {
         self.settle(f, past).unwrap_or_else(|| Mat3::repeat(f64::NAN))
     }

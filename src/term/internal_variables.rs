@@ -81,8 +81,15 @@ impl<const D: usize> Body<D> {
         let Some((time, points)) = memory.split_first_mut() else { return };
         *time = self.time(0.0);
         let each = self.material.memory();
-        points.chunks_exact_mut(self.rest.len()).for_each(|point| point.copy_from_slice(&self.rest));
         let recall = Recall { elapsed: 0.0, points: &self.rest, stride: 0, each, of_volume: self.rest.len() - each };
+        for (point, memory) in points.chunks_exact_mut(self.rest.len()).enumerate() {
+            memory.copy_from_slice(&self.rest);
+            // What has expanded may be stressed by that: it is before any time passes.
+            let at_rest = self.table.at_rest(point);
+            if at_rest != Mat3::identity() {
+                self.material.remember(&at_rest, recall.at(point), &mut memory[..each]);
+            }
+        }
         self.remember_volumes(recall, |point| self.table.at_rest(point), condensed, points);
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use rkpm::check;
-use rkpm::material::{Material, Mullins, Past, Prestretched, Prony, Viscoelastic};
+use rkpm::material::{Material, Mullins, OgdenFoam, Past, Prestretched, Prony, TotalStretches, Viscoelastic};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
 
@@ -133,6 +133,45 @@ fn what_acts_from_the_start_relaxes_from_the_start() {
                 assert_relative_eq!(shear_stress(&problem, &step.state), expected, max_relative = 1e-8);
             }
             assert_eq!(path.steps[0].state.load == 0.0, what != "stretched before", "{what}");
+        }
+    }
+}
+
+/// What expands against a hold is stressed before any time passes, also where the thickness of a sheet or a foam gives way; so is a
+/// sheet that was stretched before.
+#[test]
+fn what_is_held_while_it_expands_relaxes_from_the_start() {
+    let prony = || Prony::of_instantaneous(pairs(3)).unwrap();
+    let stiff = || Rubber::neo_hookean(A10, 1e5).unwrap();
+    let foam = || TotalStretches(OgdenFoam::blatz_ko(0.5, 0.25, 0.5).unwrap());
+    let before = || Prestretched::new(stiff(), Matrix3::from_diagonal(&[1.2, 1.2, 1.0].into())).unwrap();
+    fn sheet(law: impl Material + 'static, stretch: f64) -> Scene<2> {
+        let square = Block::new([0.0, 0.0], [1.0, 1.0]);
+        Scene::new(square, PlaneStress { thickness: 1.0 }, law).hold(Part::Whole).with_expansion(stretch)
+    }
+    fn cube(law: impl Material + 'static) -> Scene<3> {
+        Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, law).hold(Part::Whole).with_expansion(1.1)
+    }
+    fn stresses<const D: usize>(scene: Scene<D>) -> Vec<(f64, f64)> {
+        let scheme = Scheme::default().particles([4]).stepping(Stepping::equal(2));
+        let problem = scene.over_time(2.0).discretize(&scheme).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        let stress = |step: &rkpm::solve::Step| problem.stresses(&step.state).unwrap()[0][(0, 0)];
+        path.steps.iter().map(|step| (problem.time(&step.state), stress(step))).collect()
+    }
+    let runs = [
+        ("sheet", stresses(sheet(Viscoelastic::new(stiff(), prony()), 1.1)), stresses(sheet(stiff(), 1.1))),
+        ("foam", stresses(cube(Viscoelastic::new(foam(), prony()))), stresses(cube(foam()))),
+        (
+            "stretched before",
+            stresses(sheet(Viscoelastic::new(before(), prony()), 1.0)),
+            stresses(sheet(before(), 1.0)),
+        ),
+    ];
+    for (what, relaxing, elastic) in runs {
+        for ((time, stress), (_, at_once)) in relaxing.into_iter().zip(elastic) {
+            assert!(at_once.abs() > 0.05, "{what}: {at_once}");
+            assert_relative_eq!(stress, at_once * prony().relaxation(time), max_relative = 1e-3);
         }
     }
 }
