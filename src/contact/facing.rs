@@ -11,9 +11,8 @@ use super::ContactSurface;
 /// wall.
 pub(super) const BEHIND: f64 = 1.5;
 /// Cosine between the inward normal and the way to another part, both at rest, from which on the body lies between them; the same between
-/// the outward normals of the body and of a rigid surface that has passed through it.
-pub(super) const THROUGH: f64 = 0.5;
-
+/// the outward normals of the body and of a rigid surface that has passed through it, and of parts that look the same way and cannot touch.
+pub(crate) const THROUGH: f64 = 0.5;
 /// An undeformed facet.
 pub(super) struct Facet {
     /// Which part it belongs to.

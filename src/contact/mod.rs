@@ -39,6 +39,7 @@ pub use triangulated::Triangulated;
 
 pub(crate) use chains::chains;
 pub(crate) use contact_surface::{ContactSurface, Trace};
+pub(crate) use facing::THROUGH;
 pub(crate) use interference::{Interference, validate};
 pub(crate) use law::{ContactLaw, Stiffness, started};
 pub(crate) use neutral::RollingSpring;

@@ -14,7 +14,7 @@ use crate::term::{Element, PointMotion, View, parted};
 use super::chain::{Chain, Laid};
 use super::faces::{Faces, LaidFaces};
 use super::facets::Facing;
-use super::facing::Facets;
+use super::facing::{Facets, THROUGH};
 use super::jet::Jet;
 use super::law::{Pressed, Slipping, Touch, started, three};
 use super::vertices::{Means, Movers};
@@ -279,6 +279,25 @@ impl PairContact {
     /// lattice: nothing could be pressed against them.
     pub(crate) fn has_cut_facets(&self) -> bool {
         matches!(&self.geometry, Geometry::Space(faces) if faces.cut_facets)
+    }
+
+    /// Whether two undeformed faces look away from each other: beside all their trace functions the nearest one of the other face looks the
+    /// same way, and one of the bodies lies between them.
+    pub(crate) fn looks_away(&self) -> bool {
+        let all = list_of(self.traces, |all| {
+            let (side, trace) = self.trace(all);
+            let surface = &self.contact_surfaces[side];
+            (side, self.movers.rest[all], surface.normal(&surface.traces[trace]))
+        });
+        let away = |&(side, x, normal): &(usize, Vec3, Vec3)| {
+            let far = |y: &Vec3| (y - x).norm_squared();
+            let others = all.iter().filter(|other| other.0 != side);
+            others.min_by(|a, b| far(&a.1).total_cmp(&far(&b.1))).is_some_and(|(_, y, its)| {
+                let (way, through) = (y - x, THROUGH * (y - x).norm());
+                normal.dot(its) > THROUGH && (way.dot(&normal) < -through || way.dot(its) > through)
+            })
+        };
+        all.iter().all(away)
     }
 
     /// Measures the overlap that an interference resolves, of bodies that begin with a displacement.

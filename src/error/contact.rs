@@ -21,10 +21,10 @@ pub enum ContactError {
         /// Where, in the undeformed body.
         at: Vec<f64>,
     },
-    /// No facet of the part faces the surface.
+    /// No facet of the part faces what it is to touch.
     #[error(
-        "{contact}: no point of the part faces the surface, X = {at:?} for instance: name the part of the boundary that \
-         does, or reverse the normal of the surface to make it face the part"
+        "{contact}: no point of the part faces what it is to touch, X = {at:?} for instance: name the part of the boundary that \
+         does, or reverse the normal of a rigid surface to make it face the part"
     )]
     FacesAway {
         /// The contact.

@@ -128,6 +128,52 @@ fn surfaces_that_are_not_faced() {
     assert!(rkpm::check::scene(&block().contact((1, Side::Max), below), &scheme).is_err());
 }
 
+/// Faces of two bodies that look the same way, one behind the other's body, are refused in the plane, in space and of radial lines. Faces
+/// side by side, as of a flap that folds over, and those of one body, which come to look at each other where it folds, are taken.
+#[test]
+fn faces_that_look_away_from_each_other() {
+    fn two<const D: usize>(kinematics: impl Kinematics<D> + 'static) -> Scene<D> {
+        let block = |low: f64| {
+            let (mut min, mut max) = ([0.0; D], [2.0; D]);
+            (min[D - 1], max[D - 1]) = (low, low + 1.0);
+            Block::new(min, max)
+        };
+        Scene::assembly(kinematics)
+            .body("lower", block(3.0), rubber())
+            .body("upper", block(4.2), rubber())
+            .hold(Place::on((D - 1, Side::Min)).of("lower"))
+            .hold(Place::on((D - 1, Side::Max)).of("upper"))
+    }
+    fn refused<const D: usize>(kinematics: impl Kinematics<D> + Clone + 'static) {
+        let on = |side: Side, of: &str| Place::<D>::on((D - 1, side)).of(of);
+        let scheme = Scheme::default().particles([4; D]);
+        for side in [Side::Max, Side::Min] {
+            let scene = two(kinematics.clone()).contact_between(on(side, "lower"), on(side, "upper"), "joint");
+            match refusal(&scene, &scheme) {
+                Error::Contact(ContactError::FacesAway { contact, at }) => {
+                    let height = if side == Side::Max { 4.0 } else { 3.0 };
+                    assert!(contact.contains("joint") && (at[D - 1] - height).abs() < 1e-9, "{contact} {at:?}");
+                }
+                error => panic!("{error}"),
+            }
+        }
+        let right = two(kinematics).contact_between(on(Side::Max, "lower"), on(Side::Min, "upper"), "joint");
+        assert!(right.discretize(&scheme).is_ok());
+    }
+    refused(RadialCylinder);
+    refused(PlaneStrain);
+    refused(Solid);
+    let scheme = Scheme::default().particles([9, 3]);
+    let flap = Scene::assembly(PlaneStrain)
+        .body("base", Block::new([0.0, 0.0], [2.0, 1.0]), rubber())
+        .body("flap", Block::new([2.0, 0.8], [4.0, 1.0]), rubber())
+        .hold(Place::on((1, Side::Min)).of("base"));
+    let [base, folded] = ["base", "flap"].map(|body| Place::<2>::on((1, Side::Max)).of(body));
+    assert!(flap.contact_between(base, folded, "lip").discretize(&scheme).is_ok());
+    let half = |left: bool| Place::<2>::on((1, Side::Max)).within(move |x| (x[0] < 1.0) == left);
+    assert!(block().contact_between(half(true), half(false), "fold").discretize(&scheme).is_ok());
+}
+
 #[test]
 fn runs_that_a_law_cannot_follow() {
     let law = Viscoelastic::new(rubber(), Prony::of_instantaneous([(0.4, 2.0)]).unwrap());

@@ -7,7 +7,7 @@ use crate::assembly::Model;
 use crate::boundary::{ConstraintEquation, Constraints};
 use crate::contact::{
     ArtificialSpring, ContactError, ContactLaw, ContactSurface, PairContact, RigidBodyDof, RigidContact, Stiffness,
-    started,
+    THROUGH, started,
 };
 use crate::each::Each;
 use crate::error::{Error, Incompatible};
@@ -148,6 +148,15 @@ impl<const D: usize> Bodies<'_, D> {
         let law = ContactLaw::new(D, stiffness, contact_pair.friction, contact_pair.interference);
         let (law, swapped) = between(faces, positions, &law, self.scene.moved(D * positions.len()), &label)?;
         let fit = law.law.interference.filter(|fit| !fit.resolved);
+        // Faces of one body come to look at each other where it folds.
+        if self.scene.started.is_none() && fit.is_none() && self.joins_bodies(contact_pair) && law.looks_away() {
+            let surface = &law.contact_surfaces[usize::from(swapped)];
+            return Err(ContactError::FacesAway {
+                contact: label(),
+                at: surface.coordinates(&surface.table.positions[0]),
+            }
+            .into());
+        }
         if self.scene.started.is_none() || fit.is_some() {
             let deepest = law.deepest_at_rest(model.unknowns());
             starts_right(deepest, &law.contact_surfaces[0], fit.is_some(), label)?;
@@ -155,6 +164,12 @@ impl<const D: usize> Bodies<'_, D> {
         let (law, term) = (Arc::new(law), model.terms().len());
         model.add_replicated(law.clone());
         Ok(Contact { name, term, law: Law::Pair(law, swapped) })
+    }
+
+    /// Whether the faces of a pair are of two bodies.
+    fn joins_bodies(&self, pair: &ContactPair<D>) -> bool {
+        let body = |place: &Place<D>| self.scene.touching(place, self.all).ok().map(|found| found.0);
+        pair.second.as_ref().is_some_and(|second| body(second) != body(&pair.first))
     }
 
     /// The contact surface at a place, of which there has to be a facet; its trace functions see the node of a rigid surface too.
@@ -243,16 +258,12 @@ fn carries(face: &ContactSurface, other: &ContactSurface) -> bool {
     if alike { facets > its_facets } else { face.area < other.area }
 }
 
-/// Cosine of the angle between the outward normals of a part and of the surface nearest to it above which they look the same
-/// way: the part would have to turn by more than 60° before they could touch.
-const SAME_WAY: f64 = 0.5;
-
 /// Refuses a surface that no facet of the part looks at: it would be met from behind, through the body.
 fn looks_at(law: &RigidContact, unknowns: usize, label: impl Fn() -> String) -> Result<(), Error> {
     let placed = law.placed(&vec![0.0; unknowns], 0.0);
     let table = &law.contact_surface.table;
     let away =
-        |(x, normal): (&Point<3>, &Point<3>)| placed.nearest(&*law.surface.shape, x).normal.dot(normal) > SAME_WAY;
+        |(x, normal): (&Point<3>, &Point<3>)| placed.nearest(&*law.surface.shape, x).normal.dot(normal) > THROUGH;
     if table.len() > 0 && table.positions.iter().zip(&table.normals).all(away) {
         let at = law.contact_surface.coordinates(&table.positions[0]);
         return Err(ContactError::FacesAway { contact: label(), at }.into());
