@@ -2,7 +2,7 @@
 
 use crate::compiled::by_dim;
 use crate::each::{Each, add};
-use crate::geometry::{Point, Vec3};
+use crate::geometry::{Bounds, Point, Vec3};
 use crate::term::{Coupling, Element, Form, Layout, Term, View};
 
 use super::friction::friction_step;
@@ -79,9 +79,12 @@ impl Term for PairContact {
 
     fn advance(&self, _: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
         let (now, moves) = (self.now(&view), self.moves(step));
+        // What vertices move by that may come to be opposite.
+        let opposite = if self.carrying < self.traces { self.carrying } else { 0 };
+        let others = Bounds::of(&moves[opposite..self.traces]);
         let mut bound: f64 = 1.0;
         for (trace, own) in condensed_step.chunks_exact_mut(self.law.stride()).enumerate() {
-            let part = self.advance_trace(trace, &view, &now, &moves, own);
+            let part = self.advance_trace(trace, &view, &now, (&moves, &others), own);
             bound = if part.is_nan() { 0.0 } else { bound.min(part) };
         }
         bound
@@ -175,7 +178,7 @@ impl PairContact {
         trace: usize,
         view: &View<'_>,
         now: &Now,
-        moves: &[Vec3],
+        (moves, others): (&[Vec3], &Bounds<3>),
         condensed_step: &mut [f64],
     ) -> f64 {
         let (touch, pieces) = self.touch(trace, view, now);
@@ -190,8 +193,10 @@ impl PairContact {
             // An overlap that grows changes the mean gap, but takes nothing further in.
             return touch.farthest(self.opening(&pieces, moves) / touch.gap_area);
         }
-        // A trace function with no opposite facet moves no further than the search reached.
-        let (distance, reach) = (moves[trace].norm(), now.state.reach);
+        // A trace function with no opposite facet and what may come to be opposite move no further past each other than the search reached,
+        // whichever of them moves.
+        let (beside, reach) = (moves[trace], now.state.reach);
+        let distance = (beside - others.low).abs().sup(&(others.high - beside).abs()).norm();
         if distance > reach { reach / distance } else { 1.0 }
     }
 }

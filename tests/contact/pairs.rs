@@ -317,6 +317,44 @@ fn faces_in_contact_are_not_bonded() {
     assert_abs_diff_eq!(force, 0.0, epsilon = 1e-6);
 }
 
+/// Two blocks with a gap between them, of which the one whose face carries the pressures stands still and the other comes down, or the reverse,
+/// by much more than opposite facets are looked for, in one step: they meet as they do in ten.
+fn assert_met<const D: usize>(kinematics: impl Kinematics<D> + Clone + 'static, gap: f64, particles: [[usize; D]; 2]) {
+    let up = D - 1;
+    let block = |low: f64| {
+        let (mut min, mut max) = ([0.0; D], [1.0; D]);
+        (min[up], max[up]) = (low, low + 0.5);
+        Block::new(min, max)
+    };
+    let on = |side: Side, of: &str| Place::<D>::on((up, side)).of(of);
+    let force = |fine: usize, stepping: Stepping| {
+        let mut by = [0.0; D];
+        by[up] = -gap - 0.25;
+        let scene = Scene::assembly(kinematics.clone())
+            .body("lower", block(0.0), rubber())
+            .body("upper", block(0.5 + gap), rubber())
+            .scheme_of("lower", move |scheme| scheme.particles(particles[fine]))
+            .scheme_of("upper", move |scheme| scheme.particles(particles[1 - fine]))
+            .hold(on(Side::Min, "lower"))
+            .with(Condition::on(on(Side::Max, "upper")).displacement(by))
+            .contact_between(on(Side::Max, "lower"), on(Side::Min, "upper"), "joint");
+        let (problem, path) = solved(&scene, &Scheme::default().stepping(stepping));
+        problem.contact(path.last(), "joint").unwrap().force[up]
+    };
+    for fine in [0, 1] {
+        let [found, expected] = [Stepping::default(), Stepping::equal(10)].map(|stepping| force(fine, stepping));
+        println!("{D}, {fine}: {found} and {expected}");
+        assert!(expected < -0.01, "{expected}");
+        assert_relative_eq!(found, expected, max_relative = 1e-6);
+    }
+}
+
+#[test]
+fn faces_that_come_from_afar_do_not_pass_each_other() {
+    assert_met::<2>(PlaneStrain, 10.0, [[31, 5], [21, 5]]);
+    assert_met::<3>(Solid, 1.2, [[11, 11, 3], [9, 9, 3]]);
+}
+
 /// A block that comes to touch in a first step and is pressed in a second one, which is predicted from the first: however fine the
 /// particles, the prediction ends before it leaves the depth in which opposite facets are looked for.
 #[test]
