@@ -35,7 +35,8 @@ pub(crate) struct Trace {
     pub particle: u32,
     /// $\int\Theta_J\\,\mathrm d\Gamma$ with the measure of the kinematics.
     pub area: f64,
-    /// Its width: the length of an edge with half a trace function on both sides, the root of an area \[length\].
+    /// Its width: the length of an edge with half a trace function on both sides, the root of an area, at the end of a radial line the spacing
+    /// there \[length\].
     pub width: f64,
     /// Points under the trace function with their weights $w\\,\Theta_J$.
     pub points: Vec<(u32, f64)>,

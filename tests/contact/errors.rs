@@ -34,6 +34,29 @@ fn bodies_inside_a_surface_at_the_start() {
     }
 }
 
+/// A radial line is refused and pressed alike whatever the unit of length is.
+#[test]
+fn radial_lines_in_any_unit() {
+    let line = |unit: f64| Scene::new(Block::new([6.0 * unit], [8.0 * unit]), RadialCylinder, rubber());
+    let plate = |unit: f64, at: f64| RigidSurface::plane([at * unit], [-1.0]).named("plate");
+    let scheme = Scheme::default().particles([9]);
+    let pressure = |unit: f64| {
+        match line(unit).contact(Side::Max, plate(unit, 7.9)).discretize(&scheme) {
+            Err(Error::Contact(ContactError::Penetrates { depth, .. })) => {
+                assert_abs_diff_eq!(depth / unit, 0.1, epsilon = 1e-9);
+            }
+            other => panic!("{unit}: {:?}", other.map(|_| ()).map_err(|error| error.to_string())),
+        }
+        let pressed = line(unit).contact(Side::Max, plate(unit, 8.0).moving([-0.1 * unit]));
+        let problem = pressed.discretize(&scheme).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        problem.contact(path.last(), "plate").unwrap().peak_pressure()
+    };
+    let [expected, found] = [1.0, 1e-3].map(pressure);
+    assert!(expected > 1e-3, "{expected}");
+    assert_abs_diff_eq!(found / expected, 1.0, epsilon = 1e-8);
+}
+
 #[test]
 fn surfaces_without_an_inside() {
     let flat = Profile::at([0.0, 2.0]).line([1.0, 2.0]).close();

@@ -205,7 +205,14 @@ impl<const D: usize> Bodies<'_, D> {
         }
         let first = discrete_body.nodes.start;
         cells.traces.iter_mut().flatten().for_each(|trace| trace.0 += first as u32);
-        ContactSurface::new(&cells, &table.shifted(first, self.nodes), rigid_dof)
+        let mut surface = ContactSurface::new(&cells, &table.shifted(first, self.nodes), rigid_dof)?;
+        if D == 1 {
+            // The weight of a point is no length.
+            for trace in &mut surface.traces {
+                trace.width = discrete_body.cells.local_spacing(trace.particle as usize - first);
+            }
+        }
+        Ok(surface)
     }
 }
 
