@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::OnceLock;
 
+use crate::cells::EDGE;
 use crate::geometry::Vec3;
 
 use super::ContactSurface;
@@ -25,6 +27,8 @@ pub(super) struct Facet {
     pub outward: Vec3,
     /// Facets that it meets at a particle, itself among them: they never touch.
     pub beside: Vec<u32>,
+    /// How far behind it the far side of its own body is, as far as that is of its part, once it is asked for.
+    wall: OnceLock<f64>,
 }
 
 /// Facets of one or two parts.
@@ -55,7 +59,7 @@ impl Facets {
                 middle /= shares.len().max(1) as f64;
                 points.clone().for_each(|point| outward += surface.table.normals[point]);
                 outward /= outward.norm().max(f64::MIN_POSITIVE);
-                all.push(Facet { part, points, shares, middle, outward, beside: Vec::new() });
+                all.push(Facet { part, points, shares, middle, outward, beside: Vec::new(), wall: OnceLock::new() });
             }
             first += surface.traces.len() as u32;
         }
@@ -69,11 +73,64 @@ impl Facets {
         Facets { all, two: surfaces.len() > 1, deeper: 0.0 }
     }
 
-    /// Whether facets may touch where the gap between them is that: they do not meet, and the undeformed body does not lie between them.
+    /// The ends of radial lines, each of which is a facet.
+    pub(super) fn of_lines(surfaces: &[ContactSurface], ends: &[Vec3]) -> Self {
+        let mut all: Vec<Facet> = Vec::with_capacity(ends.len());
+        for (part, surface) in surfaces.iter().enumerate() {
+            for trace in &surface.traces {
+                let (number, point) = (all.len() as u32, trace.points[0].0 as usize);
+                all.push(Facet {
+                    part,
+                    points: point..point + 1,
+                    shares: vec![(number, trace.area)],
+                    middle: ends[all.len()],
+                    outward: surface.table.normals[point],
+                    beside: vec![number],
+                    wall: OnceLock::new(),
+                });
+            }
+        }
+        Facets { all, two: surfaces.len() > 1, deeper: 0.0 }
+    }
+
+    /// Whether facets may touch where the gap between them is that: they do not meet, and no body lies between them. Facets of one part have
+    /// it between them that lie behind each other at rest. Two parts may begin in each other: one lies between where the other facet is no
+    /// nearer at rest than the far side of its own body, and now nearer to that than to the facet.
     pub(super) fn may_touch(&self, mine: u32, its: u32, gap: f64) -> bool {
-        let (mine, other) = (&self.all[mine as usize], &self.all[its as usize]);
-        let direction = other.middle - mine.middle;
-        let through = || direction.dot(&mine.outward) < -THROUGH * direction.norm();
-        mine.beside.binary_search(&its).is_err() && (self.two || !(gap < 0.0 && through()))
+        let beyond = |from: u32, to: u32| {
+            let wall = self.wall(from);
+            self.depth(from, to).0 >= (1.0 - EDGE) * wall && -gap > 0.5 * wall
+        };
+        let between = || match self.two {
+            true => beyond(mine, its) || beyond(its, mine),
+            false => self.behind(mine, its).is_some(),
+        };
+        self.all[mine as usize].beside.binary_search(&its).is_err() && !(gap < 0.0 && between())
+    }
+
+    /// How far behind an undeformed facet another one lies, and how far away it is.
+    fn depth(&self, from: u32, to: u32) -> (f64, f64) {
+        let (from, to) = (&self.all[from as usize], &self.all[to as usize]);
+        let way = to.middle - from.middle;
+        (-way.dot(&from.outward), way.norm())
+    }
+
+    /// How far behind an undeformed facet another one lies, where the way to it goes into the body.
+    fn behind(&self, from: u32, to: u32) -> Option<f64> {
+        let (depth, distance) = self.depth(from, to);
+        (depth > THROUGH * distance).then_some(depth)
+    }
+
+    /// How far behind a facet the nearest one of its part is that looks the other way.
+    fn wall(&self, of: u32) -> f64 {
+        let own = &self.all[of as usize];
+        *own.wall.get_or_init(|| {
+            // A facet along the axis of revolution has no area and no trace functions.
+            let is_far = |other: &Facet| {
+                other.part == own.part && other.outward.dot(&own.outward) < -THROUGH && !other.shares.is_empty()
+            };
+            let far = self.all.iter().zip(0..).filter(|(other, _)| is_far(other));
+            far.filter_map(|(_, number)| self.behind(of, number)).fold(f64::INFINITY, f64::min)
+        })
     }
 }

@@ -22,8 +22,8 @@ use super::{ContactLaw, ContactSurface, overlap};
 
 /// What faces what.
 pub(super) enum Geometry {
-    /// The ends of radial lines, with their outward directions.
-    Line(Vec<f64>),
+    /// The ends of radial lines.
+    Line(Facets),
     /// Chords in the plane.
     Plane(Chain),
     /// Facets in space.
@@ -245,13 +245,7 @@ impl PairContact {
             add_loose(&mut found, &contact_surfaces[0], place, &mut movers);
             Geometry::Space(found)
         } else if law.dim == 1 {
-            let mut outward = Vec::new();
-            for surface in &contact_surfaces {
-                for trace in &surface.traces {
-                    outward.push(surface.table.normals[trace.points[0].0 as usize][0]);
-                }
-            }
-            Geometry::Line(outward)
+            Geometry::Line(Facets::of_lines(&contact_surfaces, &movers.rest))
         } else {
             Geometry::Plane(Chain::new(facets(), &movers.rest))
         };
@@ -402,14 +396,17 @@ impl PairContact {
         let all = self.movers.rest.iter().zip(self.moves(displacement));
         let places: Vec<Vec3> = all.map(|(x, moved)| x + moved).collect();
         let (opposite, reach) = match &self.geometry {
-            Geometry::Line(outward) => {
-                let carrying = self.contact_surfaces[0].traces.len();
+            Geometry::Line(ends) => {
                 let nearest = |own: usize| {
-                    let away = |other: &usize| (places[*other][0] - places[own][0]).abs();
-                    let facing = (carrying..outward.len()).filter(|&other| outward[own] * outward[other] < 0.0);
-                    facing.min_by(|a, b| away(a).total_cmp(&away(b))).map(|other| other as u32)
+                    let outward = ends.all[own].outward;
+                    let gap = |other: &usize| (places[*other] - places[own]).dot(&outward);
+                    let facing = (self.carrying..self.traces).filter(|other| {
+                        let looks_back = ends.all[*other].outward.dot(&outward) < 0.0;
+                        looks_back && ends.may_touch(own as u32, *other as u32, gap(other))
+                    });
+                    facing.min_by(|a, b| gap(a).abs().total_cmp(&gap(b).abs())).map(|other| other as u32)
                 };
-                (Opposite::Line(list_of(carrying, nearest)), f64::MAX)
+                (Opposite::Line(list_of(self.carrying, nearest)), f64::MAX)
             }
             Geometry::Plane(chain) => {
                 let ends = places[..self.traces].mapped(padded);
@@ -472,9 +469,9 @@ impl PairContact {
             visit(piece);
         };
         match (&self.geometry, &state.opposite) {
-            (Geometry::Line(outward), Opposite::Line(nearest)) => {
+            (Geometry::Line(ends), Opposite::Line(nearest)) => {
                 if let Some(other) = nearest[trace] {
-                    let (own, normal) = (trace as u32, outward[trace]);
+                    let (own, normal) = (trace as u32, ends.all[trace].outward[0]);
                     let area = self.contact_surfaces[0].traces[trace].area;
                     let [here, there] = [own, other].map(|k| state.places[k as usize][0]);
                     let gap = (Jet::variable(there, 1) - Jet::variable(here, 0)) * (area * normal);

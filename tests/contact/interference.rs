@@ -169,6 +169,45 @@ fn shrink_fit_of_radial_lines() {
     assert_abs_diff_eq!(found.points.iter().map(|point| point.force[0]).sum::<f64>(), 0.0, epsilon = 1e-9);
 }
 
+/// Bodies that are pressed into each other with all of their boundary are so where they overlap, and not from far side to far side: in the
+/// plane and of radial lines, with the forces of the faces that meet.
+#[test]
+fn whole_boundaries_fit_where_bodies_overlap() {
+    fn forces<const D: usize>(kinematics: impl Kinematics<D> + Clone + 'static) -> [f64; 2] {
+        let up = D - 1;
+        let block = |low: f64| {
+            let (mut min, mut max) = ([0.0; D], [1.0; D]);
+            (min[up], max[up]) = (low, low + 1.0);
+            Block::new(min, max)
+        };
+        [true, false].map(|whole| {
+            let face = |side: Side, of: &str| {
+                let part = if whole { Part::Whole } else { (up, side).into() };
+                Place::<D>::on(part).of(of)
+            };
+            let mut scene = Scene::assembly(kinematics.clone())
+                .body("lower", block(3.0), rubber())
+                .body("upper", block(3.9), rubber())
+                .scheme_of("upper", |scheme| scheme.particles([5; D]))
+                .prescribe(Place::on((up, Side::Min)).of("lower"), up, 0.0)
+                .prescribe(Place::on((up, Side::Max)).of("upper"), up, 0.0)
+                .press_fit(face(Side::Max, "lower"), face(Side::Min, "upper"), "fit");
+            for axis in 0..up {
+                for body in ["lower", "upper"] {
+                    scene = scene.prescribe(Place::on((axis, Side::Min)).of(body), axis, 0.0);
+                }
+            }
+            let problem = scene.discretize(&Scheme::default().particles([4; D])).unwrap();
+            let path = problem.run().unwrap().completed().unwrap();
+            problem.contact(path.last(), "fit").unwrap().force[up]
+        })
+    }
+    for [whole, named] in [forces(RadialCylinder), forces(PlaneStrain)] {
+        assert!(named < -0.01, "{named}");
+        assert_abs_diff_eq!(whole / named, 1.0, epsilon = 1e-7);
+    }
+}
+
 /// A fit of a later stage resolves the overlap that the bodies have come to by then, between two of them and with a rigid surface: that of
 /// blocks that are drawn so. Apart, there is nothing to resolve.
 #[test]

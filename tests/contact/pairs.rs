@@ -355,6 +355,29 @@ fn faces_that_come_from_afar_do_not_pass_each_other() {
     assert_met::<3>(Solid, 1.2, [[11, 11, 3], [9, 9, 3]]);
 }
 
+/// Thin blocks that may touch with all of their boundary: the far side of one body is not in contact with that of the other one, through both,
+/// however few particles are across. The force is that of the faces which meet.
+#[test]
+fn far_sides_of_thin_bodies_do_not_touch() {
+    let force = |whole: bool| {
+        let face = |side: Side, of: &str| {
+            let part = if whole { Part::Whole } else { (1, side).into() };
+            Place::<2>::on(part).of(of)
+        };
+        let scene = Scene::assembly(PlaneStrain)
+            .body("lower", Block::new([0.0, 0.0], [10.0, 0.5]), rubber())
+            .body("upper", Block::new([0.0, 0.5], [10.0, 1.0]), rubber())
+            .hold(Place::on((1, Side::Min)).of("lower"))
+            .with(Condition::on(Place::on((1, Side::Max)).of("upper")).displacement([0.0, -0.01]))
+            .contact_between(face(Side::Max, "lower"), face(Side::Min, "upper"), "joint");
+        let (problem, path) = solved(&scene, &Scheme::default().particles([11, 3]));
+        problem.contact(path.last(), "joint").unwrap().force[1]
+    };
+    let [whole, named] = [true, false].map(force);
+    assert!(named < -0.01, "{named}");
+    assert_relative_eq!(whole, named, max_relative = 1e-7);
+}
+
 /// A block that comes to touch in a first step and is pressed in a second one, which is predicted from the first: however fine the
 /// particles, the prediction ends before it leaves the depth in which opposite facets are looked for.
 #[test]
