@@ -763,9 +763,9 @@ impl PairContact {
         self.law.work(&self.contact_surfaces[0], [before.condensed, after.condensed], slip)
     }
 
-    /// How deep the faces are in each other at rest, and where.
-    pub(crate) fn deepest_at_rest(&self, unknowns: usize) -> Option<(f64, Vec3)> {
-        let state = self.laid(&vec![0.0; unknowns]);
+    /// How deep the faces are in each other where they begin, with a displacement, and where.
+    pub(crate) fn deepest(&self, begun: &[f64]) -> Option<(f64, Vec3)> {
+        let state = self.laid(begun);
         // An interference is counted from the overlap that was measured: the gap itself starts at zero.
         let gap = |trace: usize| match self.law.interference {
             Some(_) => self.law.at_rest[trace],

@@ -6,6 +6,7 @@ use rkpm::contact::{ContactError, Profile, Surface, Triangulated};
 use rkpm::error::{BoundaryError, GeometryError};
 use rkpm::kinematics::Kinematics;
 use rkpm::prelude::*;
+use rkpm::scene::Stages;
 use rkpm::solve::{Cause, Ending};
 
 fn block() -> Scene<2> {
@@ -55,6 +56,39 @@ fn radial_lines_in_any_unit() {
     let [expected, found] = [1.0, 1e-3].map(pressure);
     assert!(expected > 1e-3, "{expected}");
     assert_abs_diff_eq!(found / expected, 1.0, epsilon = 1e-8);
+}
+
+/// A contact that is new in a later stage, and in which the body has come to begin, is refused as one of a first stage is; not one that the body
+/// has just come to.
+#[test]
+fn bodies_inside_a_contact_of_a_later_stage() {
+    let scheme = Scheme::default().particles([5, 5]);
+    let penetrates = |stages: Stages<2>, taken: bool| match stages.run(&scheme) {
+        Ok(_) => assert!(taken),
+        Err(Error::Contact(ContactError::Penetrates { depth, .. })) => {
+            assert!(!taken && abs_diff_eq!(depth, 0.1, epsilon = 1e-6), "{depth}");
+        }
+        Err(error) => panic!("{error}"),
+    };
+    let lifted = || block().with(Condition::on((1, Side::Min)).displacement([0.0, 0.1]));
+    let lid = |at: f64| {
+        move |scene: Scene<2>| scene.contact((1, Side::Max), RigidSurface::plane([0.0, at], [0.0, -1.0]).named("lid"))
+    };
+    penetrates(Stages::new("still", block().hold((1, Side::Min))).then("lid", lid(0.9)), false);
+    penetrates(Stages::new("lifted", lifted()).then("lid", lid(1.0)), false);
+    penetrates(Stages::new("lifted", lifted()).then("lid", lid(1.1)), true);
+    let two = |down: f64| {
+        let scene = Scene::assembly(PlaneStrain)
+            .body("lower", Block::new([0.0, 0.0], [1.0, 1.0]), rubber())
+            .body("upper", Block::new([0.0, 1.2], [1.0, 2.2]), rubber())
+            .hold(Place::on((1, Side::Min)).of("lower"))
+            .with(Condition::on(Place::on((1, Side::Max)).of("upper")).displacement([0.0, -down]));
+        Stages::new("down", scene).then("joint", |scene| {
+            scene.contact_between(Place::on((1, Side::Max)).of("lower"), Place::on((1, Side::Min)).of("upper"), "joint")
+        })
+    };
+    penetrates(two(0.3), false);
+    penetrates(two(0.2), true);
 }
 
 #[test]

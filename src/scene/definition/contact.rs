@@ -32,7 +32,7 @@ impl<const D: usize> Scene<D> {
     /// # Ok::<(), rkpm::Error>(())
     /// ```
     pub fn contact(mut self, place: impl Into<Place<D>>, surface: RigidSurface<D>) -> Self {
-        self.contacts.push(ContactDefinition { place: place.into(), surface: surface.0 });
+        self.contacts.push(ContactDefinition { place: place.into(), surface: surface.0, goes_on: false });
         self
     }
 

@@ -18,6 +18,8 @@ type BarVisitor<'a> = dyn FnMut(&Trace, Option<&Trace>, &Vec3, &Vec3) + 'a;
 pub(crate) struct ContactDefinition<const D: usize> {
     pub place: Place<D>,
     pub surface: Obstacle,
+    /// Whether the stage before had it.
+    pub goes_on: bool,
 }
 
 impl<const D: usize> ContactDefinition<D> {
@@ -41,6 +43,8 @@ pub struct ContactPair<const D: usize> {
     pub(crate) name: String,
     pub(crate) friction: f64,
     pub(crate) interference: Option<Interference>,
+    /// Whether the stage before had it.
+    pub(crate) goes_on: bool,
 }
 
 impl<const D: usize> ContactPair<D> {
@@ -51,7 +55,14 @@ impl<const D: usize> ContactPair<D> {
 
     /// A part that may touch itself where it folds.
     pub fn itself(place: impl Into<Place<D>>, name: &str) -> Self {
-        ContactPair { first: place.into(), second: None, name: name.into(), friction: 0.0, interference: None }
+        ContactPair {
+            first: place.into(),
+            second: None,
+            name: name.into(),
+            friction: 0.0,
+            interference: None,
+            goes_on: false,
+        }
     }
 
     /// Coulomb's coefficient of friction, in the plane and in space.

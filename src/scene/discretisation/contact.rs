@@ -7,7 +7,7 @@ use crate::assembly::Model;
 use crate::boundary::{ConstraintEquation, Constraints};
 use crate::contact::{
     ArtificialSpring, ContactError, ContactLaw, ContactSurface, PairContact, RigidBodyDof, RigidContact, Stiffness,
-    THROUGH, started,
+    THROUGH, Trace, started,
 };
 use crate::each::Each;
 use crate::error::{Error, Incompatible};
@@ -86,13 +86,8 @@ pub(crate) fn contact_definition<const D: usize>(
         if let Some(undefined) = law.undefined(&View { displacement: &begun, condensed: &[], load: 0.0 }) {
             return Err(undefined.into());
         }
-        let fit = law.law.interference.filter(|fit| !fit.resolved);
-        if scene.started.is_none() && fit.is_none() {
-            looks_at(&law, model.unknowns(), || contact.label())?;
-        }
-        if scene.started.is_none() || fit.is_some() {
-            let deepest = deepest(&law, &begun, 0.0);
-            starts_right(deepest, &law.contact_surface, fit.is_some(), || contact.label())?;
+        if !contact.goes_on {
+            begins_right(&law, &begun, scene.started.is_none(), || contact.label())?;
         }
         let (lever, law, term) = (law.lever, Arc::new(law), model.terms().len());
         contacts.push(Contact { name: contact.surface.name.clone(), term, law: Law::Rigid(law.clone()) });
@@ -157,8 +152,8 @@ impl<const D: usize> Bodies<'_, D> {
             }
             .into());
         }
-        if self.scene.started.is_none() || fit.is_some() {
-            let deepest = law.deepest_at_rest(model.unknowns());
+        if !contact_pair.goes_on {
+            let deepest = law.deepest(&started(self.scene.moved(D * positions.len()), model.unknowns()));
             starts_right(deepest, &law.contact_surfaces[0], fit.is_some(), label)?;
         }
         let (law, term) = (Arc::new(law), model.terms().len());
@@ -265,6 +260,18 @@ fn carries(face: &ContactSurface, other: &ContactSurface) -> bool {
     if alike { facets > its_facets } else { face.area < other.area }
 }
 
+/// Refuses a surface that is new where the body begins: one of a first stage that the part does not look at, and one that it begins in or, where
+/// an interference is to be resolved, apart from. What a later stage begins with may lie in the surface between particles, as in one that this
+/// surface is in place of: there the means count.
+fn begins_right(law: &RigidContact, begun: &[f64], is_first: bool, label: impl Fn() -> String) -> Result<(), Error> {
+    let fitted = law.law.interference.is_some();
+    if is_first && !fitted {
+        looks_at(law, begun.len(), &label)?;
+    }
+    let deepest = if is_first || fitted { deepest(law, begun, 0.0) } else { deepest_mean(law, begun) };
+    starts_right(deepest, &law.contact_surface, fitted, label)
+}
+
 /// Refuses a surface that no facet of the part looks at: it would be met from behind, through the body.
 fn looks_at(law: &RigidContact, unknowns: usize, label: impl Fn() -> String) -> Result<(), Error> {
     let placed = law.placed(&vec![0.0; unknowns], 0.0);
@@ -306,6 +313,14 @@ fn deepest(law: &RigidContact, displacement: &[f64], load: f64) -> Option<(f64, 
     let place = |point: usize| law.contact_surface.place(point as u32, displacement);
     let depth = |point: usize| (-placed.nearest(&*law.surface.shape, &place(point)).gap, table.positions[point]);
     (0..table.len()).map(depth).max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// The same of the mean gaps of trace functions at load factor 0.
+fn deepest_mean(law: &RigidContact, displacement: &[f64]) -> Option<(f64, Point<3>)> {
+    let view = View { displacement, condensed: &[], load: 0.0 };
+    let (surface, gap) = (&law.contact_surface, |trace: usize| law.local_contact(trace, &view, |_, _, _| {}).gap);
+    let depth = |(k, trace): (usize, &Trace)| (-gap(k), surface.table.positions[trace.points[0].0 as usize]);
+    surface.traces.iter().enumerate().map(depth).max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 impl<const D: usize> Problem<D> {

@@ -16,7 +16,11 @@ pub(super) fn held<const D: usize>(mut scene: Scene<D>, time: f64, displacement:
             _ => hold(&mut load.amplitude),
         }
     }
-    scene.contacts.iter_mut().for_each(|contact| contact.surface.stay());
+    for contact in &mut scene.contacts {
+        contact.surface.stay();
+        contact.goes_on = true;
+    }
+    scene.contact_pairs.iter_mut().for_each(|pair| pair.goes_on = true);
     let surfaces = scene.contacts.iter_mut().filter_map(|contact| contact.surface.interference.as_mut());
     let pairs = scene.contact_pairs.iter_mut().filter_map(|pair| pair.interference.as_mut());
     surfaces.chain(pairs).for_each(|interference| interference.resolved = true);
