@@ -714,13 +714,16 @@ impl PairContact {
     pub(crate) fn pressed(&self, view: &View<'_>) -> Pressed {
         let now = self.now(view);
         let mut found = Pressed::new(self.traces);
+        // Whether something that sticks, and something that slides, presses on a trace function.
+        let mut pressed = vec![[false; 2]; self.traces];
         for trace in 0..self.carrying {
             let (touch, pieces) = self.touch(trace, view, &now);
             found.gaps[trace] = touch.gap;
             if !touch.is_active() {
                 continue;
             }
-            found.slides[trace] = self.law.slides(touch.pressure, &touch.traction);
+            let slides = self.law.slides(touch.pressure, &touch.traction);
+            (found.slides[trace], found.active[trace]) = (slides, true);
             let concentration = touch.area / touch.gap_area;
             let (pressure, traction) = (touch.pressure * concentration, touch.traction * concentration);
             for piece in pieces {
@@ -730,6 +733,9 @@ impl PairContact {
                     let force = push + traction * share;
                     for &(owner, part) in &self.movers.owners[mover as usize] {
                         found.forces[owner as usize] += force * part;
+                        if k >= piece.counts[1] && share * part != 0.0 {
+                            pressed[owner as usize][usize::from(slides)] = true;
+                        }
                     }
                     if k < piece.counts[1] {
                         found.total += force;
@@ -744,10 +750,10 @@ impl PairContact {
             for &(point, weight) in &surface.traces[trace].points {
                 normal += surface.outward(point, view.displacement) * weight;
             }
+            found.slides[all] |= !self.law.has_friction() || !found.active[all] && pressed[all] == [false, true];
             let against = -found.forces[all].dot(&normal.normalize());
             found.normal_forces[all] = against.max(0.0);
             found.active[all] = against > 0.0;
-            found.slides[all] |= !self.law.has_friction();
         }
         found
     }

@@ -30,7 +30,8 @@ pub struct ContactPoint<const D: usize> {
     pub force: Point<D>,
     /// Whether it touches.
     pub is_active: bool,
-    /// Whether it touches and slides; what touches without friction does.
+    /// Whether it touches and slides; what touches without friction does. On the face that carries no pressures: whether all that presses on it
+    /// slides.
     pub slips: bool,
 }
 
