@@ -30,6 +30,8 @@ pub(super) struct Chain {
     pub facets: Facets,
     /// The first chord and those after it of each trace function: at most two.
     pub of_trace: Vec<Vec<(u32, usize)>>,
+    /// The trace functions of a facet that is no chord.
+    pub no_chord: Option<usize>,
 }
 
 /// A chain at a state.
@@ -50,9 +52,13 @@ fn gap_at(place: f64, places: &[f64; 2], gaps: &[f64; 2]) -> f64 {
 impl Chain {
     /// The chords of facets, given the vertices of the trace functions.
     pub(crate) fn new(mut facets: Facets, ends: &[Vec3]) -> Self {
-        let (mut chords, mut of_trace) = (Vec::new(), vec![Vec::new(); ends.len()]);
+        let (mut chords, mut of_trace, mut no_chord) = (Vec::new(), vec![Vec::new(); ends.len()], None);
         for (number, facet) in (0..).zip(&mut facets.all) {
-            let &[(a, i), (b, j)] = facet.shares.as_slice() else { continue };
+            let &[(a, i), (b, j)] = facet.shares.as_slice() else {
+                // Along the axis of revolution facets have no area and no trace functions.
+                no_chord = no_chord.or(Some(facet.shares.len()).filter(|shares| *shares > 0));
+                continue;
+            };
             let along = ends[b as usize] - ends[a as usize];
             let right = Vec3::new(along[1], -along[0], 0.0).normalize();
             let sign = if right.dot(&facet.outward) >= 0.0 { 1.0 } else { -1.0 };
@@ -63,7 +69,7 @@ impl Chain {
             let measure = [4.0 * i - 2.0 * j, 4.0 * j - 2.0 * i];
             chords.push(Chord { traces: [a, b], facet: number, sign, measure });
         }
-        Chain { chords, facets, of_trace }
+        Chain { chords, facets, of_trace, no_chord }
     }
 
     /// Two chords at a state.

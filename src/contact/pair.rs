@@ -275,6 +275,14 @@ impl PairContact {
         matches!(&self.geometry, Geometry::Space(faces) if faces.cut_facets)
     }
 
+    /// The trace functions of a facet in the plane that has others than two: it is no chord between particles.
+    pub(crate) fn no_chord(&self) -> Option<usize> {
+        match &self.geometry {
+            Geometry::Plane(chain) => chain.no_chord,
+            _ => None,
+        }
+    }
+
     /// Whether two undeformed faces look away from each other: beside all their trace functions the nearest one of the other face looks the
     /// same way, and one of the bodies lies between them.
     pub(crate) fn looks_away(&self) -> bool {

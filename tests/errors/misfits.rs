@@ -258,6 +258,7 @@ impl Cells<2> for Odd {
             9 => facets.traces.clear(),
             10 => facets.traces[0][0].0 = 20,
             11 => facets = BoundaryCells { points: Points::empty(), traces: Vec::new() },
+            13 => drop(facets.points.groups.remove(1)),
             _ => {}
         }
         Ok(facets)
@@ -295,6 +296,22 @@ fn scenes_over_cells_that_name_what_is_not_there() {
             Err(error) => assert!(odd > 0 && error.to_string().contains(word), "{odd}: {error}"),
         }
     }
+}
+
+/// A facet that spans three particles, which contact of deformable faces in the plane would leave out.
+#[test]
+fn facets_that_are_no_chords() {
+    let scene = |odd: u8| {
+        Scene::assembly(PlaneStrain)
+            .body("lower", Geometry::cells(Arc::new(Odd(lattice(), odd))), rubber())
+            .body("upper", Block::new([0.0, 1.5], [2.0, 2.5]), rubber())
+            .scheme_of("upper", |scheme| scheme.particles([5, 4]))
+            .hold(Place::on((1, Side::Max)).of("upper"))
+            .contact_between(Place::on((1, Side::Max)).of("lower"), Place::on((1, Side::Min)).of("upper"), "joint")
+    };
+    assert!(scene(0).discretize(&Scheme::default()).is_ok());
+    let error = scene(13).discretize(&Scheme::default()).err().unwrap().to_string();
+    assert!(error.contains("a facet of 3 trace functions"), "{error}");
 }
 
 #[test]

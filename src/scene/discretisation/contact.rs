@@ -237,6 +237,11 @@ fn between(
         faces.reverse();
     }
     let mut pair = PairContact::new(faces, nodes, positions, law.clone(), moved);
+    if let Some(count) = pair.no_chord() {
+        let with = format!("a facet of {count} trace functions in the plane");
+        let remedy = "let boundary cells have facets from one particle to the next one";
+        return Err(Incompatible::new("contact between deformable faces", with, remedy).into());
+    }
     if pair.has_cut_facets() && two {
         // Nothing can be pressed against this face, but it may be pressed against the other one.
         let (mut faces, nodes) = (pair.contact_surfaces, pair.nodes);
