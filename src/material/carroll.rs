@@ -1,8 +1,8 @@
 //! Carroll's energy.
 
-use super::rivlin::positive;
+use super::constants::{finite, positive};
 use super::{Distortion, InvariantEnergy};
-use crate::error::{Invalid, MaterialError};
+use crate::error::MaterialError;
 
 /// The energy of Carroll, $\bar W = A(\bar I_1 - 3) + B(\bar I_1^4 - 81) + C\big(\sqrt{\bar I_2} - \sqrt3\big)$, three constants
 /// that follow Treloar's rubber in tension, equibiaxial tension and shear.
@@ -25,13 +25,10 @@ impl Carroll {
     /// The energy with $A$, $B$ and $C$ \[stress\].
     ///
     /// # Errors
-    /// [`Invalid`] for constants that are not finite and an initial shear modulus not above zero.
+    /// [`MaterialError::Invalid`] for constants that are not finite and an initial shear modulus not above zero.
     pub fn new(a: f64, b: f64, c: f64) -> Result<Self, MaterialError> {
         for (name, value) in [("A", a), ("B", b), ("C", c)] {
-            ensure!(
-                value.is_finite(),
-                Invalid::new(format!("material constant {name}"), value, "give a finite number")
-            );
+            finite(name, value)?;
         }
         positive("initial shear modulus 2 (A + 108 B + C/√12)", 2.0 * (a + 108.0 * b + c / 12f64.sqrt()))?;
         Ok(Self { constants: [a, b, c] })

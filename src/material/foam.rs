@@ -1,9 +1,9 @@
 //! Foams: energies of stretches and volume together.
 
-use super::rivlin::positive;
+use super::constants::{check, exponent, finite, positive};
 use super::{Principal, PrincipalEnergy};
 use crate::each::Each;
-use crate::error::{Invalid, MaterialError};
+use crate::error::MaterialError;
 use crate::geometry::{Mat3, Vec3};
 
 /// One term of an [`OgdenFoam`].
@@ -44,23 +44,15 @@ impl OgdenFoam {
     /// The energy with given terms.
     ///
     /// # Errors
-    /// [`Invalid`] for constants that are not finite, an exponent of zero, Poisson's ratios outside
+    /// [`MaterialError::Invalid`] for constants that are not finite, an exponent of zero, Poisson's ratios outside
     /// $(-1, \tfrac12)$, and initial moduli (hence also an empty list) that are not above zero.
     pub fn new(terms: impl IntoIterator<Item = FoamTerm>) -> Result<Self, MaterialError> {
         let foam = Self { terms: terms.into_iter().collect() };
         for (p, term) in foam.terms.iter().enumerate() {
-            let reject = |name: &str, value, needed| {
-                MaterialError::from(Invalid::new(format!("material constant {name}_{}", p + 1), value, needed))
-            };
-            ensure!(term.shear.is_finite(), reject("mu", term.shear, "give a finite number"));
-            ensure!(
-                term.exponent.is_finite() && term.exponent != 0.0,
-                reject("alpha", term.exponent, "give a finite exponent other than zero")
-            );
-            ensure!(
-                term.poisson > -1.0 && term.poisson < 0.5,
-                reject("nu", term.poisson, "give a Poisson's ratio above -1 and below 1/2")
-            );
+            finite(format!("mu_{}", p + 1), term.shear)?;
+            exponent(p, term.exponent)?;
+            let holds = term.poisson > -1.0 && term.poisson < 0.5;
+            check(format!("nu_{}", p + 1), term.poisson, holds, "give a Poisson's ratio above -1 and below 1/2")?;
         }
         positive("initial shear modulus (sum of mu_p)", foam.terms.summed(|t| t.shear))?;
         let bulk = foam.terms.summed(|t| 2.0 * t.shear * (1.0 / 3.0 + t.beta()));
@@ -78,10 +70,7 @@ impl OgdenFoam {
     /// As [`new`](Self::new), and for a fraction outside $[0, 1]$.
     pub fn blatz_ko(shear: f64, poisson: f64, fraction: f64) -> Result<Self, MaterialError> {
         positive("mu", shear)?;
-        ensure!(
-            (0.0..=1.0).contains(&fraction),
-            Invalid::new("material constant f", fraction, "give a fraction from 0 (foam) to 1")
-        );
+        check("f", fraction, (0.0..=1.0).contains(&fraction), "give a fraction from 0 (foam) to 1")?;
         let term = |part: f64, exponent| FoamTerm { shear: shear * part, exponent, poisson };
         Self::new([term(fraction, 2.0), term(1.0 - fraction, -2.0)].into_iter().filter(|t| t.shear != 0.0))
     }

@@ -1,8 +1,8 @@
 //! Energies with limited extensibility: Gent's, and with a logarithm of the second invariant.
 
-use super::rivlin::positive;
+use super::constants::{finite, positive};
 use super::{Distortion, InvariantEnergy};
-use crate::error::{Invalid, MaterialError};
+use crate::error::MaterialError;
 
 /// The Gent energy $\bar W = -\frac{\mu J_m}{2}\ln\left(1 - \frac{\bar I_1-3}{J_m}\right)$, which
 /// stiffens without bound as $\bar I_1 - 3$ nears $J_m$ and is NaN from there on.
@@ -21,7 +21,7 @@ impl Gent {
     /// The energy with initial shear modulus `shear` $= \mu$ and limit `limit` $= J_m$.
     ///
     /// # Errors
-    /// [`Invalid`] unless both are finite and above zero.
+    /// [`MaterialError::Invalid`] unless both are finite and above zero.
     pub fn new(shear: f64, limit: f64) -> Result<Self, MaterialError> {
         positive("mu", shear)?;
         positive("J_m", limit)?;
@@ -65,11 +65,11 @@ impl GentGent {
     /// The energy with `shear` $= \mu$ \[stress\], `limit` $= J_m$ and `second` $= C_2$ \[stress\].
     ///
     /// # Errors
-    /// [`Invalid`] unless $\mu$ and $J_m$ are finite and above zero, $C_2$ is finite, and the initial shear
+    /// [`MaterialError::Invalid`] unless $\mu$ and $J_m$ are finite and above zero, $C_2$ is finite, and the initial shear
     /// modulus is above zero.
     pub fn new(shear: f64, limit: f64, second: f64) -> Result<Self, MaterialError> {
         let gent = Gent::new(shear, limit)?;
-        ensure!(second.is_finite(), Invalid::new("material constant C_2", second, "give a finite number"));
+        finite("C_2", second)?;
         positive("initial shear modulus mu + 2 C_2/3", shear + 2.0 / 3.0 * second)?;
         Ok(Self { gent, second })
     }

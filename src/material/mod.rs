@@ -37,6 +37,7 @@
 //! answers with NaN, which a solver takes as a reason to shorten its step.
 
 mod carroll;
+mod constants;
 mod existence;
 mod foam;
 mod gent;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::rivlin::positive;
+use super::constants::{check, not_negative, positive};
 use super::{Material, Past, Response};
 use crate::error::{Invalid, MaterialError};
 use crate::geometry::Mat3;
@@ -34,12 +34,9 @@ impl<M: Material> Mullins<M> {
     /// # Errors
     /// [`Invalid`] unless $r > 1$, $m, \beta \ge 0$ with one of them above zero, all finite, and for a law with internal variables.
     pub fn new(material: M, r: f64, m: f64, beta: f64) -> Result<Self, MaterialError> {
-        let reject = |name: &str, value, needed| {
-            MaterialError::from(Invalid::new(format!("material constant {name}"), value, needed))
-        };
-        ensure!(r > 1.0 && r.is_finite(), reject("r", r, "give a finite number above 1"));
+        check("r", r, r > 1.0 && r.is_finite(), "give a finite number above 1")?;
         for (name, value) in [("m", m), ("beta", beta)] {
-            ensure!(value >= 0.0 && value.is_finite(), reject(name, value, "give a finite number not below zero"));
+            not_negative(name, value)?;
         }
         positive("m + beta", m + beta)?;
         let law = Self { material, r, m, beta };

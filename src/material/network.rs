@@ -1,9 +1,9 @@
 //! Energies of chain networks: Arruda and Boyce, and the extended tube.
 
-use super::rivlin::positive;
+use super::constants::{check, not_negative, positive};
 use super::{Distortion, InvariantEnergy, Principal, PrincipalEnergy};
 use crate::each::{Each, EachOf};
-use crate::error::{Invalid, MaterialError};
+use crate::error::MaterialError;
 use crate::geometry::{Mat3, Vec3};
 
 /// The energy of Arruda and Boyce by the first five terms of its series, as other programs have it,
@@ -32,7 +32,7 @@ impl ArrudaBoyce {
     /// The energy with `shear` $= \mu$ \[stress\] and locking stretch `locking` $= \lambda_m$.
     ///
     /// # Errors
-    /// [`Invalid`] unless both are finite and above zero.
+    /// [`MaterialError::Invalid`] unless both are finite and above zero.
     pub fn new(shear: f64, locking: f64) -> Result<Self, MaterialError> {
         positive("mu", shear)?;
         positive("lambda_m", locking)?;
@@ -103,20 +103,14 @@ impl ExtendedTube {
     /// The energy with $G_c$, $G_e$ \[stress\], $\beta$ and $\delta$.
     ///
     /// # Errors
-    /// [`Invalid`] unless $G_c, G_e \ge 0$, $\beta > 0$, $0 \le \delta < 1$, all are finite, and the
+    /// [`MaterialError::Invalid`] unless $G_c, G_e \ge 0$, $\beta > 0$, $0 \le \delta < 1$, all are finite, and the
     /// initial shear modulus is above zero.
     pub fn new(crosslinks: f64, entanglements: f64, beta: f64, delta: f64) -> Result<Self, MaterialError> {
         for (name, value) in [("G_c", crosslinks), ("G_e", entanglements)] {
-            ensure!(
-                value >= 0.0 && value.is_finite(),
-                Invalid::new(format!("material constant {name}"), value, "give a finite number not below zero")
-            );
+            not_negative(name, value)?;
         }
         positive("beta", beta)?;
-        ensure!(
-            (0.0..1.0).contains(&delta),
-            Invalid::new("material constant delta", delta, "give a number from 0 to below 1")
-        );
+        check("delta", delta, (0.0..1.0).contains(&delta), "give a number from 0 to below 1")?;
         let shear = crosslinks * (1.0 - 2.0 * delta * delta) + entanglements;
         positive("initial shear modulus G_c (1 - 2 delta²) + G_e", shear)?;
         Ok(Self { crosslinks, entanglements, beta, delta })

@@ -1,8 +1,8 @@
 //! Energies of the principal stretches.
 
-use super::rivlin::positive;
+use super::constants::{exponent, finite, positive};
 use crate::each::Each;
-use crate::error::{Invalid, MaterialError};
+use crate::error::MaterialError;
 use crate::geometry::{Mat3, Vec3};
 
 /// A symmetric energy of three logarithmic stretches with its derivatives \[stress\].
@@ -90,19 +90,13 @@ impl Ogden {
     /// The energy with terms $(\mu_p, \alpha_p)$, $\mu_p$ in \[stress\].
     ///
     /// # Errors
-    /// [`Invalid`] for constants that aren't finite, $\alpha_p = 0$, and an initial
+    /// [`MaterialError::Invalid`] for constants that aren't finite, $\alpha_p = 0$, and an initial
     /// shear modulus (hence also an empty list) that isn't above zero.
     pub fn new(terms: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, MaterialError> {
         let terms: Vec<_> = terms.into_iter().collect();
         for (p, &(mu, alpha)) in terms.iter().enumerate() {
-            let reject = |name: &str, value, needed| {
-                MaterialError::from(Invalid::new(format!("material constant {name}_{}", p + 1), value, needed))
-            };
-            ensure!(mu.is_finite(), reject("mu", mu, "give a finite number"));
-            ensure!(
-                alpha.is_finite() && alpha != 0.0,
-                reject("alpha", alpha, "give a finite exponent other than zero")
-            );
+            finite(format!("mu_{}", p + 1), mu)?;
+            exponent(p, alpha)?;
         }
         let shear: f64 = terms.summed(|(mu, alpha)| 0.5 * mu * alpha);
         positive("initial shear modulus (sum of mu_p alpha_p / 2)", shear)?;
@@ -152,7 +146,7 @@ impl Hencky {
     /// The energy with shear modulus `shear` $= \mu$.
     ///
     /// # Errors
-    /// [`Invalid`] unless it is finite and above zero.
+    /// [`MaterialError::Invalid`] unless it is finite and above zero.
     pub fn new(shear: f64) -> Result<Self, MaterialError> {
         positive("mu", shear)?;
         Ok(Self { shear })

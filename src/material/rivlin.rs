@@ -1,7 +1,8 @@
 //! The polynomial distortional energy (2.9).
 
+use super::constants::{check, finite, positive};
 use super::{Distortion, InvariantEnergy};
-use crate::error::{Invalid, MaterialError};
+use crate::error::MaterialError;
 
 /// The polynomial (2.9) in the reduced invariants,
 /// $\bar W = \sum_{m+n\ge1} A_{mn}(\bar I_1-3)^m(\bar I_2-3)^n$, constants in \[stress\].
@@ -31,19 +32,16 @@ impl RivlinPolynomial {
     /// Constants may have either sign: fits to tests have negative ones too.
     ///
     /// # Errors
-    /// [`Invalid`] for a constant that isn't finite, for $m = n = 0$ and for exponents
+    /// [`MaterialError::Invalid`] for a constant that isn't finite, for $m = n = 0$ and for exponents
     /// above 12; [`MaterialError::Empty`] where no constant differs from zero.
     pub fn new(terms: impl IntoIterator<Item = ((u32, u32), f64)>) -> Result<Self, MaterialError> {
         let terms: Vec<_> = terms.into_iter().collect();
-        let reject = |(m, n): (u32, u32), value, needed| {
-            MaterialError::from(Invalid::new(format!("material constant A_{m}{n}"), value, needed))
-        };
+        let name = |(m, n): (u32, u32)| format!("A_{m}{n}");
         for &(exponents, value) in &terms {
-            ensure!(value.is_finite(), reject(exponents, value, "give a finite number"));
-            ensure!(exponents != (0, 0), reject(exponents, value, "exponents need m + n >= 1 (2.9)"));
-            if exponents.0.max(exponents.1) > Self::LARGEST_EXPONENT {
-                return Err(reject(exponents, value, "exponents up to 12 are accepted"));
-            }
+            finite(name(exponents), value)?;
+            check(name(exponents), value, exponents != (0, 0), "exponents need m + n >= 1 (2.9)")?;
+            let small = exponents.0.max(exponents.1) <= Self::LARGEST_EXPONENT;
+            check(name(exponents), value, small, "exponents up to 12 are accepted")?;
         }
         let width = 1 + terms.iter().map(|t| t.0.0).max().unwrap_or(0) as usize;
         let height = 1 + terms.iter().map(|t| t.0.1).max().unwrap_or(0) as usize;
@@ -51,7 +49,7 @@ impl RivlinPolynomial {
         for &((m, n), value) in &terms {
             let sum = &mut coefficients[n as usize * width + m as usize];
             *sum += value;
-            ensure!(sum.is_finite(), reject((m, n), *sum, "terms given twice must have a finite sum"));
+            check(name((m, n)), *sum, sum.is_finite(), "terms given twice must have a finite sum")?;
         }
         if coefficients.iter().all(|&a| a == 0.0) {
             return Err(MaterialError::Empty);
@@ -62,7 +60,7 @@ impl RivlinPolynomial {
     /// The neo-Hookean energy $A_{10}(\bar I_1-3)$; shear modulus $2A_{10}$.
     ///
     /// # Errors
-    /// [`Invalid`] unless $A_{10}$ is finite and above zero.
+    /// [`MaterialError::Invalid`] unless $A_{10}$ is finite and above zero.
     pub(crate) fn neo_hookean(a10: f64) -> Result<Self, MaterialError> {
         positive("A_10", a10)?;
         Self::new([((1, 0), a10)])
@@ -71,7 +69,7 @@ impl RivlinPolynomial {
     /// The Mooney–Rivlin energy $A_{10}(\bar I_1-3) + A_{01}(\bar I_2-3)$; shear modulus $2(A_{10}+A_{01})$.
     ///
     /// # Errors
-    /// [`Invalid`] unless both are finite and their sum is above zero.
+    /// [`MaterialError::Invalid`] unless both are finite and their sum is above zero.
     pub(crate) fn mooney_rivlin(a10: f64, a01: f64) -> Result<Self, MaterialError> {
         // The terms first: they name the constant that isn't finite, which the sum could not.
         let polynomial = Self::new([((1, 0), a10), ((0, 1), a01)])?;
@@ -82,7 +80,7 @@ impl RivlinPolynomial {
     /// The Yeoh energy $\sum_{m=1}^3 A_{m0}(\bar I_1-3)^m$, the paper's with $(0.373, -0.031, 0.005)$ MPa.
     ///
     /// # Errors
-    /// [`Invalid`] unless all are finite and $A_{10}$ is above zero.
+    /// [`MaterialError::Invalid`] unless all are finite and $A_{10}$ is above zero.
     pub(crate) fn yeoh(a10: f64, a20: f64, a30: f64) -> Result<Self, MaterialError> {
         positive("A_10", a10)?;
         Self::new([((1, 0), a10), ((2, 0), a20), ((3, 0), a30)])
@@ -97,14 +95,6 @@ impl RivlinPolynomial {
             // Both exponents are at most 12.
             .map(|(at, &a)| (((at % self.width) as u32, (at / self.width) as u32), a))
     }
-}
-
-/// Checks that a constant is finite and above zero.
-pub(super) fn positive(name: &str, value: f64) -> Result<(), MaterialError> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(());
-    }
-    Err(Invalid::new(format!("material constant {name}"), value, "give a finite number above zero").into())
 }
 
 impl InvariantEnergy for RivlinPolynomial {

@@ -1,7 +1,7 @@
 //! The paper's material in one call.
 
+use super::constants::positive;
 use super::existence::existence;
-use super::rivlin::positive;
 use super::{ExistenceReport, Invariants, NearlyIncompressible, QuadraticVolume, RivlinPolynomial, VolumetricEnergy};
 use crate::error::MaterialError;
 

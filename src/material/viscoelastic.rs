@@ -4,6 +4,7 @@ use std::ops::{Add, Mul, Sub};
 
 use nalgebra::SVector;
 
+use super::constants::{check, positive};
 use super::{ALL, Material, Past, Response};
 use crate::each::Each;
 use crate::error::{Invalid, MaterialError};
@@ -28,10 +29,7 @@ impl Prony {
     pub fn of_instantaneous(pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, MaterialError> {
         let branches = checked("g", pairs)?;
         let sum = branches.summed(|[g, _]| *g);
-        ensure!(
-            !(sum >= 1.0),
-            Invalid::new("material constant sum of g_i", sum, "parts that relax add up to less than 1")
-        );
+        check("sum of g_i", sum, !(sum >= 1.0), "parts that relax add up to less than 1")?;
         Ok(Self { equilibrium: 1.0 - sum, branches })
     }
 
@@ -86,7 +84,7 @@ fn checked(name: &str, pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Ve
     let branches: Vec<[f64; 2]> = pairs.into_iter().map(|(part, tau)| [part, tau]).collect();
     for (i, branch) in branches.iter().enumerate() {
         for (name, value) in [name, "tau"].iter().zip(branch) {
-            super::rivlin::positive(&format!("{name}_{}", i + 1), *value)?;
+            positive(format!("{name}_{}", i + 1), *value)?;
         }
     }
     ensure!(

@@ -1,6 +1,7 @@
 //! Energies of the change of volume.
 
-use crate::error::{Invalid, MaterialError};
+use super::constants::check;
+use crate::error::MaterialError;
 
 /// A volumetric energy and its derivatives at one J \[stress\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,9 +107,9 @@ macro_rules! checked {
             /// The energy with bulk modulus `bulk` $= k$ \[stress\].
             ///
             /// # Errors
-            /// [`Invalid`] unless it is finite and above zero.
+            /// [`MaterialError::Invalid`] unless it is finite and above zero.
             pub fn new(bulk: f64) -> Result<Self, MaterialError> {
-                ensure!(bulk > 0.0 && bulk.is_finite(), Invalid::new("material constant k", bulk, "a bulk modulus is a finite number above zero"));
+                check("k", bulk, bulk > 0.0 && bulk.is_finite(), "a bulk modulus is a finite number above zero")?;
                 Ok(Self { bulk })
             }
         }
@@ -116,8 +117,6 @@ macro_rules! checked {
 }
 
 checked!(QuadraticVolume, MixedLogarithmicVolume, LogarithmicVolume, HartmannNeffVolume);
-
-impl QuadraticVolume {}
 
 /// NaN where an energy with a singularity at J = 0 is undefined: powers would be finite again below it.
 const UNDEFINED: Volumetric = Volumetric { energy: f64::NAN, slope: f64::NAN, curvature: f64::NAN };

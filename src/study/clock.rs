@@ -23,8 +23,6 @@ pub struct Phases {
     pub assemble: f64,
 }
 
-impl Phases {}
-
 /// Nanoseconds spent in the linear solver, and the size of what it was given.
 #[derive(Debug, Default)]
 pub(super) struct Meter {
