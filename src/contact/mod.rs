@@ -33,7 +33,7 @@ mod vertices;
 pub use crate::error::ContactError;
 pub use profile::Profile;
 pub use rigid::RigidSurface;
-pub(crate) use shapes::{Ball, Cone, Cylinder, Plane};
+pub(crate) use shapes::{Cone, Plane, Round};
 pub use surface::{Nearest, Surface};
 pub use triangulated::Triangulated;
 

@@ -109,31 +109,15 @@ impl RigidContact {
         (0..self.contact_surface.table.len()).find_map(undefined)
     }
 
-    /// Lists what unknowns of a cluster of `size` move a point by beside the surface: displacements of the nodes that it sees, by their places
+    /// Visits what unknowns of a cluster of `size` move a point by beside the surface: displacements of the nodes that it sees, by their places
     /// there, then those of the surface itself.
-    fn list(&self, size: usize, beside: &Beside, seen: (&[u16], &[f64]), list: &mut Vec<(usize, Vec3)>) {
+    fn motions(&self, size: usize, beside: &Beside, seen: (&[u16], &[f64]), mut visit: impl FnMut(usize, Vec3)) {
         let dim = self.law.dim;
-        list.clear();
         for (&node, value) in seen.0.iter().zip(seen.1) {
-            for i in 0..dim {
-                let mut by = Vec3::zeros();
-                by[i] = *value;
-                list.push((node as usize * dim + i, by));
-            }
+            (0..dim).for_each(|i| visit(node as usize * dim + i, unit(i) * *value));
         }
         for (m, motion) in beside.motions.iter().enumerate() {
-            list.extend(motion.map(|motion| (size - dim + m, -motion)));
-        }
-    }
-
-    /// Visits what those unknowns change the gap at the point by.
-    fn slopes(&self, size: usize, beside: &Beside, seen: (&[u16], &[f64]), mut visit: impl FnMut(usize, f64)) {
-        let (dim, normal) = (self.law.dim, &beside.found.normal);
-        for (&node, value) in seen.0.iter().zip(seen.1) {
-            (0..dim).for_each(|i| visit(node as usize * dim + i, normal[i] * value));
-        }
-        for (m, motion) in beside.motions.iter().enumerate() {
-            motion.iter().for_each(|motion| visit(size - dim + m, -normal.dot(motion)));
+            motion.iter().for_each(|motion| visit(size - dim + m, -motion));
         }
     }
 
@@ -385,7 +369,9 @@ impl RigidContact {
             if spun == Vec3::zeros() && bend.norm() == 0.0 {
                 continue;
             }
-            self.list(size, &at, (table.clusters.local(point), table.values(point)), &mut list);
+            list.clear();
+            let seen = (table.clusters.local(point), table.values(point));
+            self.motions(size, &at, seen, |row, by| list.push((row, by)));
             // The normal turns with the surface.
             let turn = at.motions[1].and_then(|_| list.last()).map(|(turn, _)| *turn);
             let rate = placed.rate(&at.arm);
@@ -410,14 +396,6 @@ impl RigidContact {
         }
     }
 
-    /// The nodes that the points of a facet see, and that of the surface's own unknowns.
-    fn facet_nodes(&self, facet: usize) -> &[u32] {
-        match self.rigid_dof {
-            Some(_) => &self.facets[facet],
-            None => self.contact_surface.table.clusters.nodes(facet),
-        }
-    }
-
     /// The facet whose curvature a cluster stands for, behind those of the trace functions.
     fn facet_of(&self, cluster: usize) -> Option<usize> {
         cluster.checked_sub(self.contact_surface.traces.len())
@@ -434,9 +412,10 @@ impl Term for RigidContact {
     }
 
     fn nodes(&self, cluster: usize) -> &[u32] {
-        match self.facet_of(cluster) {
-            Some(facet) => self.facet_nodes(facet),
-            None => &self.contact_surface.traces[cluster].nodes,
+        match (self.facet_of(cluster), self.rigid_dof) {
+            (None, _) => &self.contact_surface.traces[cluster].nodes,
+            (Some(facet), None) => self.contact_surface.table.clusters.nodes(facet),
+            (Some(facet), Some(_)) => &self.facets[facet],
         }
     }
 
@@ -475,12 +454,12 @@ impl Term for RigidContact {
             let (seen, more) = ((trace.local(k), values), -bent * more);
             let closing = at.found.normal.dot(&placed.rate(&at.arm));
             by_load[0] -= part * closing;
-            self.slopes(size, at, seen, |place, by| slope[place] += part * by);
+            self.motions(size, at, seen, |place, by| slope[place] += part * at.found.normal.dot(&by));
             if more != 0.0 {
                 whole += more;
                 by_load[1] -= more * closing;
                 beside.resize(size, 0.0);
-                self.slopes(size, at, seen, |place, by| beside[place] += more * by);
+                self.motions(size, at, seen, |place, by| beside[place] += more * at.found.normal.dot(&by));
             }
         });
         let (factor, square) = (-1.0 / trace.area, whole / trace.area.powi(2));

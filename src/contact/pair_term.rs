@@ -2,7 +2,7 @@
 
 use crate::compiled::by_dim;
 use crate::each::{Each, add};
-use crate::geometry::{Bounds, Point, Vec3};
+use crate::geometry::{Bounds, Point, Vec3, unit};
 use crate::term::{Coupling, Element, Form, Layout, Term, View};
 
 use super::friction::friction_step;
@@ -151,8 +151,7 @@ impl PairContact {
         let mut moves: Vec<(usize, Vec3)> = Vec::new();
         for &(point, value) in slip.iter().flat_map(|slip| &slip.weights) {
             let place = points.partition_point(|&p| p < point);
-            let along = |i: usize| Vec3::from_fn(|j, _| if i == j { touch.area * value } else { 0.0 });
-            moves.extend((0..self.law.dim).map(|i| (place * self.law.dim + i, along(i))));
+            moves.extend((0..self.law.dim).map(|i| (place * self.law.dim + i, unit(i) * (touch.area * value))));
         }
         let factor = touch.concentrated()[0].max(0.0) / touch.gap_area;
         touch.add(&Gradients { slope, beside: area_slope, factor, square: 0.0, by_load: [0.0; 2] }, &moves, out);

@@ -9,8 +9,8 @@ use crate::term::Amplitude;
 
 use super::interference::{self, Interference};
 use super::surface::Padded;
-use super::turning::{Turned, Turning, rotation};
-use super::{Ball, Cone, ContactError, Cylinder, Nearest, Plane, Profile, Surface, Triangulated};
+use super::turning::{Turned, Turning, finite, rotation};
+use super::{Cone, ContactError, Nearest, Plane, Profile, Round, Surface, Triangulated};
 
 /// How a rigid surface moves: by a vector times an amplitude, or along a unit vector, pushed by a force times an amplitude and free to move.
 #[derive(Debug, Clone, PartialEq)]
@@ -188,14 +188,7 @@ impl Obstacle {
             Some(force) => ("force", std::slice::from_ref(force)),
             None => ("motion", along.as_slice()),
         };
-        let ends = [0.0, 0.5, 1.0].map(|load| amplitude.value(load));
-        match own.iter().chain(&ends).find(|value| !value.is_finite()) {
-            Some(value) => {
-                let what = format!("{contact}: {what} of the rigid surface");
-                Err(Invalid::new(what, *value, "give finite numbers").into())
-            }
-            None => Ok(()),
-        }
+        Ok(finite(|| format!("{contact}: {what} of the rigid surface"), own.iter().copied(), amplitude)?)
     }
 
     /// The direction in which it is free, where it is.
@@ -300,12 +293,12 @@ impl Placed {
 impl RigidSurface<2> {
     /// A rigid cylinder across the plane.
     pub fn shaft(centre: [f64; 2], radius: f64) -> Self {
-        RigidSurface::named_shape(Ball { centre: centre.into(), radius, hollow: false }, "shaft")
+        RigidSurface::named_shape(Round { centre: centre.into(), along: None, radius, hollow: false }, "shaft")
     }
 
     /// A cylindrical bore across the plane: the body lies within.
     pub fn bore(centre: [f64; 2], radius: f64) -> Self {
-        RigidSurface::named_shape(Ball { centre: centre.into(), radius, hollow: true }, "bore")
+        RigidSurface::named_shape(Round { centre: centre.into(), along: None, radius, hollow: true }, "bore")
     }
 
     /// A profile of lines and arcs.
@@ -317,18 +310,18 @@ impl RigidSurface<2> {
 impl RigidSurface<3> {
     /// A rigid sphere.
     pub fn sphere(centre: [f64; 3], radius: f64) -> Self {
-        RigidSurface::named_shape(Ball { centre: centre.into(), radius, hollow: false }, "sphere")
+        RigidSurface::named_shape(Round { centre: centre.into(), along: None, radius, hollow: false }, "sphere")
     }
 
     /// An endless rigid cylinder about the line through a point.
     pub fn cylinder(through: [f64; 3], along: [f64; 3], radius: f64) -> Self {
-        let shape = Cylinder { through: through.into(), along: along.into(), radius, hollow: false };
+        let shape = Round { centre: through.into(), along: Some(along.into()), radius, hollow: false };
         RigidSurface::named_shape(shape, "cylinder")
     }
 
     /// An endless cylindrical bore about the line through a point: the body lies within.
     pub fn sleeve(through: [f64; 3], along: [f64; 3], radius: f64) -> Self {
-        let shape = Cylinder { through: through.into(), along: along.into(), radius, hollow: true };
+        let shape = Round { centre: through.into(), along: Some(along.into()), radius, hollow: true };
         RigidSurface::named_shape(shape, "sleeve")
     }
 

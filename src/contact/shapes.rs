@@ -3,7 +3,7 @@
 use nalgebra::SMatrix;
 
 use crate::error::{GeometryError, Invalid};
-use crate::geometry::{Mat3, Point, Vec3};
+use crate::geometry::{Point, Vec3};
 
 use super::{Nearest, Surface};
 
@@ -28,20 +28,29 @@ impl<const D: usize> Surface<D> for Plane<D> {
     }
 }
 
-/// A disc in the plane (a cylinder that stands on it), a sphere in space; or the bore of that shape in a rigid body.
+/// A disc in the plane (a cylinder that stands on it), a sphere or an endless cylinder in space; or the bore of that shape in a rigid body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Ball<const D: usize> {
-    /// Centre \[length\].
+pub(crate) struct Round<const D: usize> {
+    /// Centre, or a point of the axis \[length\].
     pub centre: Point<D>,
+    /// The direction of the axis of a cylinder, of any length above zero.
+    pub along: Option<Point<D>>,
     /// Radius \[length\].
     pub radius: f64,
     /// Whether the rigid body lies outside.
     pub hollow: bool,
 }
 
-impl<const D: usize> Surface<D> for Ball<D> {
+impl<const D: usize> Surface<D> for Round<D> {
     fn nearest(&self, x: &Point<D>) -> Nearest<D> {
-        let found = Nearest::round(x - self.centre, self.radius, SMatrix::identity());
+        let away = x - self.centre;
+        let found = match self.along.map(|along| along.normalize()) {
+            None => Nearest::round(away, self.radius, SMatrix::identity()),
+            Some(axis) => {
+                let across = SMatrix::identity() - axis * axis.transpose();
+                Nearest::round(across * away, self.radius, across)
+            }
+        };
         if self.hollow { found.hollow() } else { found }
     }
 
@@ -50,40 +59,12 @@ impl<const D: usize> Surface<D> for Ball<D> {
     }
 
     fn validate(&self) -> Result<(), GeometryError> {
-        length("radius of a rigid surface", self.radius)?;
+        if let Some(along) = &self.along {
+            direction("axis of a rigid cylinder", along)?;
+        }
+        let needed = "give a finite length above zero: there is no inside otherwise";
+        positive("radius of a rigid surface", self.radius, needed)?;
         finite(&self.centre)
-    }
-}
-
-/// An endless cylinder in space, or the bore of that shape in a rigid body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Cylinder {
-    /// A point of the axis \[length\].
-    pub through: Vec3,
-    /// The direction of the axis, of any length above zero.
-    pub along: Vec3,
-    /// Radius \[length\].
-    pub radius: f64,
-    /// Whether the rigid body lies outside.
-    pub hollow: bool,
-}
-
-impl Surface<3> for Cylinder {
-    fn nearest(&self, x: &Vec3) -> Nearest<3> {
-        let axis = self.along.normalize();
-        let across = Mat3::identity() - axis * axis.transpose();
-        let found = Nearest::round(across * (x - self.through), self.radius, across);
-        if self.hollow { found.hollow() } else { found }
-    }
-
-    fn depth(&self) -> f64 {
-        self.radius
-    }
-
-    fn validate(&self) -> Result<(), GeometryError> {
-        direction("axis of a rigid cylinder", &self.along)?;
-        length("radius of a rigid surface", self.radius)?;
-        finite(&self.through)
     }
 }
 
@@ -137,19 +118,12 @@ fn perpendicular(axis: &Vec3) -> Vec3 {
     (unit - axis * axis[least]).normalize()
 }
 
-fn length(what: &'static str, value: f64) -> Result<(), GeometryError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(Invalid::new(what, value, "give a finite length above zero: there is no inside otherwise").into())
+fn direction<const D: usize>(what: &'static str, vector: &Point<D>) -> Result<(), GeometryError> {
+    positive(what, vector.norm(), "give a vector of finite length above zero")
 }
 
-fn direction<const D: usize>(what: &'static str, vector: &Point<D>) -> Result<(), GeometryError> {
-    let value = vector.norm();
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(Invalid::new(what, value, "give a vector of finite length above zero").into())
+fn positive(what: &'static str, value: f64, needed: &'static str) -> Result<(), GeometryError> {
+    if value > 0.0 && value.is_finite() { Ok(()) } else { Err(Invalid::new(what, value, needed).into()) }
 }
 
 fn finite<const D: usize>(at: &Point<D>) -> Result<(), GeometryError> {
@@ -221,10 +195,10 @@ mod tests {
         check("plane", &Plane { through: [0.3, 0.2].into(), normal: [1.0, 2.0].into() }, 2.0);
         check("plane", &Plane { through: [0.3, 0.2, 0.1].into(), normal: [1.0, 2.0, -1.0].into() }, 2.0);
         for hollow in [false, true] {
-            check("disc", &Ball::<2> { centre: [0.1, 0.2].into(), radius: 0.7, hollow }, 2.0);
-            check("sphere", &Ball::<3> { centre: [0.1, 0.2, -0.3].into(), radius: 0.7, hollow }, 2.0);
-            let (through, along) = ([0.1, 0.0, 0.2].into(), [1.0, 1.0, 0.3].into());
-            check("cylinder", &Cylinder { through, along, radius: 0.6, hollow }, 2.0);
+            check("disc", &Round::<2> { centre: [0.1, 0.2].into(), along: None, radius: 0.7, hollow }, 2.0);
+            check("sphere", &Round::<3> { centre: [0.1, 0.2, -0.3].into(), along: None, radius: 0.7, hollow }, 2.0);
+            let (centre, along) = ([0.1, 0.0, 0.2].into(), Some([1.0, 1.0, 0.3].into()));
+            check("cylinder", &Round::<3> { centre, along, radius: 0.6, hollow }, 2.0);
         }
         check("cone", &Cone { tip: [0.1, 0.2, 0.0].into(), along: [0.2, 0.1, 1.0].into(), half_angle: 0.6 }, 2.0);
         let groove = Profile::at([1.5, 1.0])

@@ -50,39 +50,30 @@ fn edge(a: u32, b: u32) -> [u32; 2] {
 impl Triangulated {
     /// Triangles between points \[length\].
     pub fn new(points: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Self {
-        let mut surface = Triangulated {
-            at_points: vec![Point::zeros(); points.len()],
-            points,
-            triangles: Vec::new(),
-            normals: Vec::new(),
-            at_edges: HashMap::new(),
-            at_borders: Vec::new(),
-            bounds: Bounds::none(),
-            tree: Tree::new(&[], &[]),
-        };
-        let count = surface.points.len() as u32;
+        let count = points.len() as u32;
         // What has no area or no such corner is refused by `validate`.
         let good = triangles.iter().all(|triangle| triangle.iter().all(|&corner| corner < count));
-        surface.triangles = if good { triangles } else { Vec::new() };
-        for &triangle in &surface.triangles {
-            let x = triangle.map(|corner| surface.points[corner as usize]);
+        let triangles = if good { triangles } else { Vec::new() };
+        let (mut normals, mut bounds) = (Vec::with_capacity(triangles.len()), Bounds::none());
+        let (mut at_points, mut at_edges) = (vec![Point::zeros(); points.len()], HashMap::new());
+        for &triangle in &triangles {
+            let x = triangle.map(|corner| points[corner as usize]);
             let normal = (x[1] - x[0]).cross(&(x[2] - x[0])).normalize();
-            surface.normals.push(normal);
-            surface.bounds = surface.bounds.join(&Bounds::of(&x));
+            normals.push(normal);
+            bounds = bounds.join(&Bounds::of(&x));
             for k in 0..3 {
                 let (next, last) = (x[(k + 1) % 3] - x[k], x[(k + 2) % 3] - x[k]);
-                surface.at_points[triangle[k] as usize] += normal * next.angle(&last);
-                let both =
-                    surface.at_edges.entry(edge(triangle[k], triangle[(k + 1) % 3])).or_insert((Point::zeros(), 0));
+                at_points[triangle[k] as usize] += normal * next.angle(&last);
+                let both = at_edges.entry(edge(triangle[k], triangle[(k + 1) % 3])).or_insert((Point::zeros(), 0));
                 *both = (both.0 + normal, both.1 + 1);
             }
         }
-        surface.at_borders = vec![false; surface.points.len()];
-        for (ends, _) in surface.at_edges.iter().filter(|(_, (_, count))| *count < 2) {
-            ends.iter().for_each(|&end| surface.at_borders[end as usize] = true);
+        let mut at_borders = vec![false; points.len()];
+        for (ends, _) in at_edges.iter().filter(|(_, (_, count))| *count < 2) {
+            ends.iter().for_each(|&end| at_borders[end as usize] = true);
         }
-        surface.tree = Tree::new(&surface.points, &surface.triangles);
-        surface
+        let tree = Tree::new(&points, &triangles);
+        Triangulated { points, triangles, normals, at_points, at_edges, at_borders, bounds, tree }
     }
 
     /// Whether it has no border.

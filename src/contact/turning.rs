@@ -72,14 +72,20 @@ impl Turning {
                 "give a finite vector of some length"
             )
         );
-        let ends = [0.0, 0.5, 1.0].map(|load| self.amplitude.value(load));
-        let all = ends.into_iter().chain([self.amount]).chain(self.about.iter().chain(self.spin.iter()).copied());
-        match all.into_iter().find(|value| !value.is_finite()) {
-            Some(value) => {
-                let what = format!("{contact}: turn of the rigid surface");
-                Err(Invalid::new(what, value, "give finite numbers").into())
-            }
-            None => Ok(()),
-        }
+        let own = [self.amount].into_iter().chain(self.about.iter().chain(&self.spin).copied());
+        Ok(finite(|| format!("{contact}: turn of the rigid surface"), own, &self.amplitude)?)
+    }
+}
+
+/// Refuses numbers of a motion, and values of its amplitude, that are not finite.
+pub(super) fn finite(
+    what: impl FnOnce() -> String,
+    own: impl IntoIterator<Item = f64>,
+    amplitude: &Amplitude,
+) -> Result<(), Invalid> {
+    let ends = [0.0, 0.5, 1.0].map(|load| amplitude.value(load));
+    match own.into_iter().chain(ends).find(|value| !value.is_finite()) {
+        Some(value) => Err(Invalid::new(what(), value, "give finite numbers")),
+        None => Ok(()),
     }
 }
