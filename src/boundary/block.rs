@@ -8,6 +8,7 @@ use super::enforced::Eliminated;
 use super::numbering::Numbering;
 
 /// Unknowns that are expressed by others, with what of the matrix is theirs.
+#[derive(Default)]
 pub(super) struct Block {
     pub unknowns: Vec<usize>,
     /// The places of what they are expressed by.
@@ -31,9 +32,7 @@ impl Block {
     pub(super) fn new(eliminated: Eliminated, places: &[u32]) -> Self {
         let Eliminated { unknowns, free, transfer, equations, offsets } = eliminated;
         let free: Vec<u32> = free.into_mapped(|unknown| places[unknown]);
-        let (coupled, beside, between) = (free.clone(), Vec::new(), Vec::new());
-        let (places, values) = (Vec::new(), Vec::new());
-        Block { unknowns, free, transfer, equations, offsets, coupled, places, beside, between, values }
+        Block { unknowns, coupled: free.clone(), free, transfer, equations, offsets, ..Block::default() }
     }
 
     /// Takes note of an entry beside an unknown at a place.

@@ -3,10 +3,11 @@
 use std::collections::HashMap;
 
 use crate::error::BoundaryError;
+use crate::geometry::unit;
 use crate::term::Amplitude;
 
 use super::equation::ConstraintEquation;
-use super::prescribed_directions::{PrescribedDirection, own_component, spans};
+use super::prescribed_directions::{PrescribedDirection, own_component, repeats};
 
 /// Prescribed by boundary integrals.
 pub(super) const OVER_BOUNDARY: usize = 0;
@@ -111,7 +112,8 @@ impl Constraints {
 
     /// Whether a condition prescribes a component of a particle.
     pub(crate) fn prescribes(&self, particle: usize, component: usize) -> bool {
-        [OVER_BOUNDARY, AT_PARTICLES].into_iter().any(|by| spans(self.prescriptions(by, particle), component))
+        let axis = unit::<3>(component).into();
+        [OVER_BOUNDARY, AT_PARTICLES].into_iter().any(|by| repeats(self.prescriptions(by, particle), &axis))
     }
 
     /// Appends the constraint equations of a body whose particles stand `nodes` behind the first, each with `dimension` components.

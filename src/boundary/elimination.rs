@@ -8,7 +8,7 @@ use crate::each::{Each, IntoEach, list_of};
 use crate::error::BoundaryError;
 use crate::geometry::Disjoint;
 use crate::linear::{Direct, LinearSolver, LinearSystem, MatrixClass};
-use crate::order::merged;
+use crate::order::{grouped, merged};
 
 use super::ConstraintEquation;
 use super::enforced::{DEPENDENT, Eliminated};
@@ -74,11 +74,8 @@ fn connected(equations: &[ConstraintEquation]) -> Vec<Vec<usize>> {
             }
         }
     }
-    let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for r in 0..equations.len() {
-        members.entry(sets.leader(r)).or_default().push(r);
-    }
-    members.into_values().collect()
+    let leaders: Vec<usize> = list_of(equations.len(), |r| sets.leader(r));
+    grouped(&leaders)
 }
 
 /// $[G\ |\ 1]$ of some constraint equations, scaled to a largest entry of one, row by row, and the unknowns of the columns of $G$.

@@ -166,7 +166,7 @@ fn owners(claims: &[Claim], by_normal: bool) -> Vec<usize> {
         let Some(&next) = left.iter().find(|claim| facing(**claim) >= most - TIE) else { break };
         taken.push(next);
         prescriptions.push(claims[next].prescription.clone());
-        left.retain(|&claim| claim != next && !repeats(&prescriptions, &claims[claim].prescription));
+        left.retain(|&claim| claim != next && !repeats(&prescriptions, &claims[claim].prescription.direction));
     }
     taken
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::each::{Each, EachOf, add, array_of};
+use crate::each::{Each, EachOf, add};
 use crate::error::BoundaryError;
 use crate::geometry::Vec3;
 use crate::linear::vector::dot;
@@ -65,8 +65,8 @@ fn resolve(prescriptions: &[PrescribedDirection], direction: &[f64; 3]) -> (Vec<
 }
 
 /// Whether a direction is a combination of prescribed ones, whatever the values.
-pub(crate) fn repeats(prescriptions: &[PrescribedDirection], requested: &PrescribedDirection) -> bool {
-    !prescriptions.is_empty() && resolve(prescriptions, &requested.direction).1 <= REPEATED
+pub(crate) fn repeats(prescriptions: &[PrescribedDirection], direction: &[f64; 3]) -> bool {
+    !prescriptions.is_empty() && resolve(prescriptions, direction).1 <= REPEATED
 }
 
 /// Whether a condition repeats what is already prescribed on its particle.
@@ -79,9 +79,6 @@ pub(crate) fn is_redundant(
     at: &[f64],
     rounding: f64,
 ) -> Result<bool, BoundaryError> {
-    if prescriptions.is_empty() {
-        return Ok(false);
-    }
     let (parts, rest) = resolve(prescriptions, &requested.direction);
     if rest > REPEATED {
         return Ok(false);
@@ -108,12 +105,6 @@ pub(crate) fn is_redundant(
         }
     }
     Ok(true)
-}
-
-/// Whether prescribed directions prescribe a component.
-pub(crate) fn spans(prescriptions: &[PrescribedDirection], component: usize) -> bool {
-    let axis = array_of(|i| f64::from(u8::from(i == component)));
-    !prescriptions.is_empty() && resolve(prescriptions, &axis).1 <= REPEATED
 }
 
 /// The component of the unknown that a constraint equation along a direction owns: its largest one that no earlier constraint equation of the particle has.
