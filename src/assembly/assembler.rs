@@ -43,7 +43,7 @@ pub struct Assembler {
 impl Model {
     /// The assembler of this model.
     pub fn assembler(&self) -> Assembler {
-        Assembler::new(self)
+        Assembler::with(self, false)
     }
 
     /// The assembler of this model that keeps pressures of zones apart, in [`System::zones`], and sums nothing of the terms with
@@ -55,12 +55,8 @@ impl Model {
 }
 
 impl Assembler {
-    pub(super) fn new(model: &Model) -> Self {
-        Self::with(model, false)
-    }
-
-    pub(super) fn with(model: &Model, kept: bool) -> Self {
-        if !model.is_complete() {
+    fn with(model: &Model, kept: bool) -> Self {
+        if model.misfit.is_some() {
             return Assembler::default();
         }
         let columns = NodeColumns::new(model, kept);

@@ -1,8 +1,7 @@
 //! Terms that break their promises, by name.
 
 use crate::each::Each;
-use crate::term::{Element, Layout};
-use crate::term::{Form, Term, View};
+use crate::term::{Element, Form, Layout, Term, View};
 
 use super::model_at::ModelAt;
 

@@ -1,8 +1,8 @@
 //! Measures of a state: energy, gradients, determinants, and how far it can be trusted.
 
 use crate::each::Each;
-use crate::term::StateDiagnostics;
-use crate::term::{Term, parted, parted_mut};
+use crate::parallel::map_with;
+use crate::term::{StateDiagnostics, Term, View, parted, parted_mut};
 
 use super::model_at::ModelAt;
 use super::{Model, Ranks};
@@ -10,13 +10,9 @@ use super::{Model, Ranks};
 impl ModelAt<'_> {
     /// Energy stored in all terms \[stress·length³; per unit length in plane strain\].
     pub fn energy(self) -> f64 {
-        let mut energy = 0.0;
-        for (number, term) in self.model.summed() {
-            let view = self.at.of_term(number);
-            let own = |cluster| term.energy(cluster, view);
-            energy = self.fold_clusters(term.clusters(), own, energy, |sum, own| sum + own);
-        }
-        self.over_ranks(energy)
+        let mut energy = [self.fold(|term, cluster, view| term.energy(cluster, view), 0.0, |sum, own| sum + own)];
+        self.model.total(&mut energy);
+        energy[0]
     }
 
     /// The smallest $\det F$ at any point and where; `None` where no term has a deformation gradient.
@@ -26,12 +22,7 @@ impl ModelAt<'_> {
             (Some(least), Some(found)) if !(found.0 < least.0 || found.0.is_nan()) => Some(least),
             (least, found) => found.or(least),
         };
-        let mut smallest = None;
-        for (number, term) in self.model.summed() {
-            let view = self.at.of_term(number);
-            let own = |cluster| term.smallest_jacobian(cluster, view);
-            smallest = self.fold_clusters(term.clusters(), own, smallest, smaller);
-        }
+        let smallest = self.fold(|term, cluster, view| term.smallest_jacobian(cluster, view), None, smaller);
         match &self.model.ranks {
             Some(ranks) => smallest_of_all(&**ranks, self.model.dim(), smallest),
             None => smallest,
@@ -40,12 +31,8 @@ impl ModelAt<'_> {
 
     /// How far the state can be trusted: the worst of all clusters.
     pub(crate) fn diagnostics(self) -> StateDiagnostics {
-        let mut diagnostics = StateDiagnostics::default();
-        for (number, term) in self.model.summed() {
-            let view = self.at.of_term(number);
-            let own = |cluster| term.diagnostics(cluster, view);
-            diagnostics = self.fold_clusters(term.clusters(), own, diagnostics, StateDiagnostics::join);
-        }
+        let own = |term: &dyn Term, cluster: usize, view: View<'_>| term.diagnostics(cluster, view);
+        let diagnostics = self.fold(own, StateDiagnostics::default(), StateDiagnostics::join);
         match &self.model.ranks {
             Some(ranks) => diagnostics.over(|values| ranks.largest(values), |value| ranks.sum(value)),
             None => diagnostics,
@@ -84,19 +71,31 @@ impl ModelAt<'_> {
                 *sum += square;
             }
         }
-        if let Some(ranks) = &self.model.ranks {
-            ranks.sum(&mut sums);
-        }
+        self.model.total(&mut sums);
         if sums[0] == 0.0 { 0.0 } else { (sums[0] / sums[1]).sqrt() }
     }
 
-    /// A sum over the clusters of this rank, over those of all.
-    fn over_ranks(self, mine: f64) -> f64 {
-        let mut total = [mine];
-        if let Some(ranks) = &self.model.ranks {
-            ranks.sum(&mut total);
+    /// Joins what each cluster of each term has, in their order; all threads look for it where the model is large.
+    fn fold<T: Send, A>(
+        self,
+        of: impl Fn(&dyn Term, usize, View<'_>) -> T + Sync,
+        start: A,
+        join: impl Fn(A, T) -> A,
+    ) -> A {
+        let mut joined = start;
+        for (number, term) in self.model.summed() {
+            let (clusters, view) = (term.clusters(), self.at.of_term(number));
+            if self.is_small() {
+                for cluster in 0..clusters {
+                    joined = join(joined, of(term, cluster, view));
+                }
+                continue;
+            }
+            for found in map_with(clusters, 2, || (), |(), cluster| of(term, cluster, view)) {
+                joined = join(joined, found);
+            }
         }
-        total[0]
+        joined
     }
 }
 

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::SolveError;
-use crate::geometry::Morton;
-use crate::geometry::Point;
+use crate::geometry::{Morton, Point};
 use crate::term::{Product, Term, Zone, parted_mut};
 
 use super::Ranks;
@@ -21,12 +20,10 @@ pub struct Model {
     pub(super) terms: Vec<Arc<dyn Term>>,
     /// Which of them are replicated on all ranks.
     replicated: Vec<bool>,
-    /// Nodes and condensed unknowns, memory included, that each term reads at least.
-    needs: Vec<[usize; 2]>,
-    /// The dimension of the first term of another one.
-    misfit: Option<usize>,
-    /// The first term whose nodes do not rise, or whose clusters share condensed unknowns.
-    misnumbered: Option<SolveError>,
+    /// Condensed unknowns and history of each term.
+    needs: Vec<usize>,
+    /// Why the first term that does not fit the model does not.
+    pub(crate) misfit: Option<SolveError>,
     /// Those that share the clusters, where it is not one alone.
     pub(super) ranks: Option<Arc<dyn Ranks>>,
     /// That of its states.
@@ -53,7 +50,6 @@ impl Model {
             replicated: Vec::new(),
             needs: Vec::new(),
             misfit: None,
-            misnumbered: None,
             ranks: None,
         }
     }
@@ -100,17 +96,13 @@ impl Model {
     fn push(&mut self, term: Arc<dyn Term>, replicated: bool) -> &mut Self {
         let clusters = 0..term.clusters();
         let falls = |&cluster: &usize| !term.nodes(cluster).is_sorted_by(|a, b| a < b);
-        self.misfit = self.misfit.or(Some(term.dim()).filter(|&dim| dim != self.dim));
-        if self.misnumbered.is_none() {
-            let number = self.terms.len();
+        if self.misfit.is_none() {
+            let (number, given, needed) = (self.terms.len(), term.dim(), self.dim);
             let falls = clusters.clone().find(falls).map(|cluster| SolveError::Nodes { term: number, cluster });
-            self.misnumbered = falls.or_else(|| misnumbered(&*term, number));
+            let other = (given != needed).then_some(SolveError::Dimension { given, needed });
+            self.misfit = other.or(falls).or_else(|| misnumbered(&*term, number, self.node_count()));
         }
-        let nodes = clusters.clone().flat_map(|c| term.nodes(c)).map(|&node| node as usize + 1);
-        self.needs.push([
-            nodes.max().unwrap_or(0),
-            clusters.map(|c| term.unknowns(c).end).max().unwrap_or(0) + term.layout().history,
-        ]);
+        self.needs.push(clusters.map(|c| term.unknowns(c).end).max().unwrap_or(0) + term.layout().history);
         self.terms.push(term);
         self.replicated.push(replicated);
         self
@@ -123,6 +115,13 @@ impl Model {
             model.push(term.clone(), *replicated);
         }
         model
+    }
+
+    /// Sums values over the ranks, where some share the clusters.
+    pub(crate) fn total(&self, values: &mut [f64]) {
+        if let Some(ranks) = &self.ranks {
+            ranks.sum(values);
+        }
     }
 
     /// The terms that this rank sums, with their numbers.
@@ -138,16 +137,6 @@ impl Model {
     /// The terms.
     pub fn terms(&self) -> &[Arc<dyn Term>] {
         &self.terms
-    }
-
-    /// The dimension of the first term of another one than the model: nothing can be solved with it.
-    pub(crate) fn misfit(&self) -> Option<usize> {
-        self.misfit
-    }
-
-    /// The first term whose nodes do not rise, or whose clusters share condensed unknowns: nothing can be solved with it.
-    pub(crate) fn misnumbered(&self) -> Option<&SolveError> {
-        self.misnumbered.as_ref()
     }
 
     /// Displacement components of a node.
@@ -205,7 +194,7 @@ impl Model {
         self.terms
             .iter()
             .zip(&self.needs)
-            .map(|(term, [_, total])| {
+            .map(|(term, total)| {
                 let mut condensed = vec![0.0; *total];
                 let (unknowns, history) = parted_mut(&**term, &mut condensed);
                 term.start(unknowns, history);
@@ -214,25 +203,12 @@ impl Model {
             .collect()
     }
 
-    /// Whether all terms stay among the nodes and in their dimension, each cluster with unknowns of its own.
-    pub(super) fn is_complete(&self) -> bool {
-        self.misfit.is_none()
-            && self.misnumbered.is_none()
-            && self.needs.iter().all(|[nodes, _]| *nodes <= self.node_count())
-    }
-
-    /// Refuses states whose vectors are not as long as the terms read them or that belong to other particles, and all where terms reach
-    /// beyond the nodes, are of another dimension, or have clusters that are numbered wrongly.
+    /// Refuses states whose vectors are not as long as the terms read them or that belong to other particles, and all where a term does not
+    /// fit the model.
     pub(super) fn check(&self, at: StateRef<'_>) -> Result<(), SolveError> {
         let refuse = |what, given, needed| Err(SolveError::OtherModel { what, given, needed });
-        if let Some(given) = self.misfit {
-            return Err(SolveError::Dimension { given, needed: self.dim });
-        }
-        if let Some(error) = &self.misnumbered {
+        if let Some(error) = &self.misfit {
             return Err(error.clone());
-        }
-        if let Some([needed, _]) = self.needs.iter().find(|[nodes, _]| *nodes > self.node_count()) {
-            return refuse("nodes", self.node_count(), *needed);
         }
         if at.displacement.len() != self.unknowns() {
             return refuse("displacement", at.displacement.len(), self.unknowns());
@@ -240,8 +216,8 @@ impl Model {
         if at.condensed.len() != self.terms.len() {
             return refuse("condensed unknowns", at.condensed.len(), self.terms.len());
         }
-        match self.needs.iter().zip(at.condensed).find(|([_, needed], list)| *needed != list.len()) {
-            Some(([_, needed], list)) => refuse("condensed unknowns", list.len(), *needed),
+        match self.needs.iter().zip(at.condensed).find(|(needed, list)| **needed != list.len()) {
+            Some((needed, list)) => refuse("condensed unknowns", list.len(), *needed),
             None if at.origin.differs(self.origin) => Err(SolveError::OtherParticles),
             None => Ok(()),
         }
@@ -272,8 +248,14 @@ impl Model {
     }
 }
 
-/// The error of the first cluster of a term whose condensed unknowns run backwards or are those of another one.
-pub(crate) fn misnumbered(term: &dyn Term, number: usize) -> Option<SolveError> {
+/// The error of the first cluster of a term with a node beyond those of the model, or else with condensed unknowns that run backwards or
+/// are those of another one.
+pub(crate) fn misnumbered(term: &dyn Term, number: usize, nodes: usize) -> Option<SolveError> {
+    for cluster in 0..term.clusters() {
+        if let Some(node) = term.nodes(cluster).iter().map(|&node| node as usize).find(|&node| node >= nodes) {
+            return Some(SolveError::MissingNode { term: number, cluster, node, nodes });
+        }
+    }
     let own = |cluster| (term.unknowns(cluster), cluster);
     let mut ranges: Vec<[usize; 3]> =
         (0..term.clusters()).map(own).map(|(range, cluster)| [range.start, range.end, cluster]).collect();

@@ -1,9 +1,8 @@
 //! A model at a state: forces, and increments of the condensed unknowns.
 
 use crate::error::SolveError;
-use crate::parallel::{map_ranges, map_with, threads};
-use crate::term::Zone;
-use crate::term::{Element, each_force};
+use crate::parallel::{map_ranges, threads};
+use crate::term::{Element, Zone, each_force};
 
 use super::model::{Model, SERIAL_BELOW};
 use super::state_ref::StateRef;
@@ -71,35 +70,12 @@ impl ModelAt<'_> {
                 }
             }
         }
-        if let Some(ranks) = &self.model.ranks {
-            ranks.sum(&mut sums);
-        }
+        self.model.total(&mut sums);
         sums
     }
 
-    /// Joins what each cluster of a term has, in their order; all threads look for it where the model is large.
-    pub(super) fn fold_clusters<T: Send, A>(
-        self,
-        clusters: usize,
-        of: impl Fn(usize) -> T + Sync,
-        start: A,
-        join: impl Fn(A, T) -> A,
-    ) -> A {
-        let mut joined = start;
-        if self.is_small() {
-            for cluster in 0..clusters {
-                joined = join(joined, of(cluster));
-            }
-            return joined;
-        }
-        for found in map_with(clusters, 2, || (), |(), cluster| of(cluster)) {
-            joined = join(joined, found);
-        }
-        joined
-    }
-
     /// Whether one thread does all.
-    fn is_small(self) -> bool {
+    pub(super) fn is_small(self) -> bool {
         self.model.unknowns() < SERIAL_BELOW || threads() < 2
     }
 

@@ -7,7 +7,7 @@ use crate::geometry::{Mat3, Vec3};
 use crate::material::{Distortion, InvariantEnergy, Material, Past, Response, VolumetricEnergy, stable_ranges};
 use crate::tensor::{Tangent, Vector9, components, from_components};
 
-use super::{Law, Report, signed};
+use super::{Finding, Report, signed};
 
 /// Random deformations that are sampled.
 const SAMPLES: usize = 60;
@@ -47,9 +47,9 @@ pub fn material(material: &dyn Material) -> Report {
     let rest = material.response(&Mat3::identity());
     let stiffness = rest.tangent.norm();
 
-    let mut free = Law::new("no stress at rest", ROUNDING);
+    let mut free = Finding::new("no stress at rest", ROUNDING);
     free.see(rest.stress.norm() / stiffness, || "F = I".into());
-    let mut stable = Law::new("the tangent at rest is not negative", ROUNDING);
+    let mut stable = Finding::new("the tangent at rest is not negative", ROUNDING);
     let symmetric = (rest.tangent + rest.tangent.transpose()) * 0.5;
     if symmetric.iter().all(|v| v.is_finite()) {
         let lowest = DMatrix::from_column_slice(9, 9, symmetric.as_slice()).symmetric_eigenvalues().min();
@@ -99,10 +99,10 @@ impl Subject<'_> {
     }
 
     /// $P$ and tangent against differences.
-    fn derivatives(&self, samples: &[Mat3]) -> Vec<Law> {
-        let mut stress = Law::new("P is the derivative of W", TOLERANCE);
-        let mut tangent = Law::new("the tangent is the derivative of P", TOLERANCE);
-        let mut symmetry = Law::new("the tangent is symmetric", ROUNDING);
+    fn derivatives(&self, samples: &[Mat3]) -> Vec<Finding> {
+        let mut stress = Finding::new("P is the derivative of W", TOLERANCE);
+        let mut tangent = Finding::new("the tangent is the derivative of P", TOLERANCE);
+        let mut symmetry = Finding::new("the tangent is symmetric", ROUNDING);
         let &Subject { material, stiffness, .. } = self;
         for (past, f, place) in self.each(samples) {
             let Response { stress: p, tangent: a } = material.response_from(f, past);
@@ -125,7 +125,7 @@ impl Subject<'_> {
     }
 
     /// [`Material::respond`] against the whole response, for the components that plane, radial and solid bodies and the thickness of sheets ask for.
-    fn components_alone(&self, samples: &[Mat3]) -> Law {
+    fn components_alone(&self, samples: &[Mat3]) -> Finding {
         let lists: [&[usize]; 9] = [
             &[0],
             &[8],
@@ -137,7 +137,7 @@ impl Subject<'_> {
             &[2, 7],
             &[0, 1, 2, 3, 4, 5, 6, 7, 8],
         ];
-        let mut same = Law::new("respond gives the components of response_from", ROUNDING);
+        let mut same = Finding::new("respond gives the components of response_from", ROUNDING);
         let &Subject { material, stiffness, .. } = self;
         for (past, f, place) in self.each(samples) {
             let whole = material.response_from(f, past);
@@ -164,9 +164,9 @@ impl Subject<'_> {
     }
 
     /// $W(QF) = W(F)$ and $P(QF) = QP(F)$.
-    fn frames(&self, samples: &[Mat3], random: &mut fastrand::Rng) -> Vec<Law> {
-        let mut energy = Law::new("W does not depend on the frame", ROUNDING);
-        let mut stress = Law::new("P turns with the frame", ROUNDING);
+    fn frames(&self, samples: &[Mat3], random: &mut fastrand::Rng) -> Vec<Finding> {
+        let mut energy = Finding::new("W does not depend on the frame", ROUNDING);
+        let mut stress = Finding::new("P turns with the frame", ROUNDING);
         let &Subject { material, stiffness, .. } = self;
         for (past, f, place) in self.each(samples) {
             let q = rotation(random);
@@ -182,8 +182,8 @@ impl Subject<'_> {
     }
 
     /// What is remembered of a step gives its stress back.
-    fn memory(&self, samples: &[Mat3]) -> Law {
-        let mut back = Law::new("the memory just written gives the stress of the step back", ROUNDING);
+    fn memory(&self, samples: &[Mat3]) -> Finding {
+        let mut back = Finding::new("the memory just written gives the stress of the step back", ROUNDING);
         for (past, f, place) in self.each(samples) {
             let mut next = past.memory.to_vec();
             self.material.remember(f, past, &mut next);
@@ -195,9 +195,9 @@ impl Subject<'_> {
     }
 
     /// What the volumetric part is, and what it leaves.
-    fn volume(&self, volumetric: &dyn VolumetricEnergy, samples: &[Mat3]) -> Vec<Law> {
-        let mut volume = Law::new("the distortional energy does not depend on the volume", ROUNDING);
-        let mut slopes = Law::new("U' and U'' are derivatives of U", TOLERANCE);
+    fn volume(&self, volumetric: &dyn VolumetricEnergy, samples: &[Mat3]) -> Vec<Finding> {
+        let mut volume = Finding::new("the distortional energy does not depend on the volume", ROUNDING);
+        let mut slopes = Finding::new("U' and U'' are derivatives of U", TOLERANCE);
         let bulk = volumetric.evaluate(1.0).curvature.abs();
         let stiffness = self.stiffness.max(bulk);
         for (past, f, place) in self.each(samples) {
@@ -227,9 +227,9 @@ impl Subject<'_> {
 /// ```
 pub fn invariant_energy(energy: &dyn InvariantEnergy) -> Report {
     let mut random = fastrand::Rng::with_seed(2);
-    let mut same = Law::new("evaluate_excess gives what evaluate gives", ROUNDING);
-    let mut first = Law::new("w1 and w2 are derivatives of the energy", TOLERANCE);
-    let mut second = Law::new("w11, w12 and w22 are derivatives of w1 and w2", TOLERANCE);
+    let mut same = Finding::new("evaluate_excess gives what evaluate gives", ROUNDING);
+    let mut first = Finding::new("w1 and w2 are derivatives of the energy", TOLERANCE);
+    let mut second = Finding::new("w11, w12 and w22 are derivatives of w1 and w2", TOLERANCE);
     let list = |d: &Distortion| [d.energy, d.w1, d.w2, d.w11, d.w12, d.w22];
     for _ in 0..SAMPLES {
         let f = deformation(&mut random);

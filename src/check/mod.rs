@@ -125,28 +125,23 @@ impl fmt::Display for Report {
     }
 }
 
-/// The largest violation of one law while it is sampled.
-struct Law {
-    finding: Finding,
-}
-
-impl Law {
+impl Finding {
+    /// A law that is not sampled yet.
     fn new(law: &'static str, tolerance: f64) -> Self {
-        Law { finding: Finding { law, violation: 0.0, tolerance, at: String::new() } }
+        Finding { law, violation: 0.0, tolerance, at: String::new() }
     }
 
-    /// Takes note of a sample; a NaN counts as larger than any number.
+    /// Keeps the largest violation of all samples; a NaN counts as larger than any number.
     fn see(&mut self, violation: f64, at: impl FnOnce() -> String) {
-        if !(violation <= self.finding.violation) && !self.finding.violation.is_nan() {
-            self.finding.violation = violation;
-            self.finding.at = at();
+        if !(violation <= self.violation) && !self.violation.is_nan() {
+            (self.violation, self.at) = (violation, at());
         }
     }
 }
 
 impl Report {
-    fn with(mut self, laws: impl IntoIterator<Item = Law>) -> Self {
-        self.findings.extend(laws.into_iter().map(|law| law.finding));
+    fn with(mut self, findings: impl IntoIterator<Item = Finding>) -> Self {
+        self.findings.extend(findings);
         self
     }
 

@@ -7,7 +7,7 @@ use crate::each::{Each, list_of, point_of};
 use crate::geometry::Point;
 use crate::kernel::Kernel;
 
-use super::{Law, Report, signed};
+use super::{Finding, Report, signed};
 
 /// Samples of a kernel between 0 and 1.
 const KERNEL_SAMPLES: usize = 400;
@@ -36,15 +36,15 @@ const DEPENDENT: f64 = 1e8;
 pub fn kernel(kernel: &dyn Kernel) -> Report {
     let top = kernel.value_and_slope(0.0).0;
     let place = |z: f64| move || format!("z = {z}");
-    let mut ends = Law::new("value and slope are zero for z >= 1", 0.0);
+    let mut ends = Finding::new("value and slope are zero for z >= 1", 0.0);
     for z in [1.0, 1.0 + 1e-12, 1.001, 1.5, 2.0, 10.0, 1e6] {
         let (value, slope) = kernel.value_and_slope(z);
         ends.see((value.abs() + slope.abs()) / top.abs(), place(z));
     }
-    let mut positive = Law::new("the value is positive inside the support", 0.0);
-    let mut largest = Law::new("the value is largest at z = 0", 0.0);
-    let mut even = Law::new("the slope is zero at z = 0", 0.0);
-    let mut slopes = Law::new("the slope is the derivative of the value", SLOPE_TOLERANCE);
+    let mut positive = Finding::new("the value is positive inside the support", 0.0);
+    let mut largest = Finding::new("the value is largest at z = 0", 0.0);
+    let mut even = Finding::new("the slope is zero at z = 0", 0.0);
+    let mut slopes = Finding::new("the slope is the derivative of the value", SLOPE_TOLERANCE);
     even.see(kernel.value_and_slope(0.0).1.abs() / top.abs(), place(0.0));
     positive.see(not_positive(top), place(0.0));
     for i in 0..KERNEL_SAMPLES {
@@ -61,8 +61,8 @@ pub fn kernel(kernel: &dyn Kernel) -> Report {
 
 /// Differences of the value against integrals of the slope: off at a jump however short the interval. Differences at
 /// samples alone step over jumps between them.
-fn jumps(kernel: &dyn Kernel, top: f64) -> Law {
-    let mut steady = Law::new("the value has no jumps", SLOPE_TOLERANCE);
+fn jumps(kernel: &dyn Kernel, top: f64) -> Finding {
+    let mut steady = Finding::new("the value has no jumps", SLOPE_TOLERANCE);
     let value = |z: f64| kernel.value_and_slope(z).0;
     // Simpson's rule, whose error falls with the interval even where the slope jumps.
     let off = |low: f64, high: f64| {
@@ -86,8 +86,8 @@ fn jumps(kernel: &dyn Kernel, top: f64) -> Law {
 }
 
 /// [`Kernel::fill`] against the kernel point by point, for lists of several lengths.
-fn filled(kernel: &dyn Kernel, top: f64) -> Law {
-    let mut same = Law::new("fill gives what value_and_slope gives", SAME);
+fn filled(kernel: &dyn Kernel, top: f64) -> Finding {
+    let mut same = Finding::new("fill gives what value_and_slope gives", SAME);
     let distances: Vec<f64> = list_of(KERNEL_SAMPLES, |i| 1.05 * (i as f64 + 0.377) / KERNEL_SAMPLES as f64);
     for count in [1, 3, 8, 13, KERNEL_SAMPLES] {
         // What is not written stays a NaN and shows.
@@ -129,7 +129,7 @@ fn not_positive(value: f64) -> f64 {
 pub fn basis<const D: usize>(basis: &dyn Basis<D>) -> Report {
     let terms = basis.len();
     if terms == 0 {
-        let mut constant = Law::new("the span holds the constant", 0.0);
+        let mut constant = Finding::new("the span holds the constant", 0.0);
         constant.see(f64::INFINITY, || "a basis without functions".into());
         return Report::default().with([constant]);
     }
@@ -144,7 +144,7 @@ pub fn basis<const D: usize>(basis: &dyn Basis<D>) -> Report {
         (h, dh)
     };
 
-    let mut slopes = Law::new("the gradients are derivatives of the functions", SLOPE_TOLERANCE);
+    let mut slopes = Finding::new("the gradients are derivatives of the functions", SLOPE_TOLERANCE);
     for x in &samples {
         let (_, dh) = fill(x);
         for axis in 0..D {
@@ -167,15 +167,15 @@ pub fn basis<const D: usize>(basis: &dyn Basis<D>) -> Report {
     for (row, x) in samples.iter().enumerate() {
         matrix.row_mut(row).copy_from_slice(&fill(x).0);
     }
-    let mut independent = Law::new("the functions are independent (condition number)", DEPENDENT);
+    let mut independent = Finding::new("the functions are independent (condition number)", DEPENDENT);
     for k in 0..terms {
         let norm = matrix.column(k).norm();
         if norm > 0.0 {
             matrix.column_mut(k).scale_mut(1.0 / norm);
         }
     }
-    let mut constant = Law::new("the span holds the constant", 1e-9);
-    let mut closed = Law::new("the span does not depend on shift and scale", 1e-9);
+    let mut constant = Finding::new("the span holds the constant", 1e-9);
+    let mut closed = Finding::new("the span does not depend on shift and scale", 1e-9);
     if matrix.iter().any(|v| !v.is_finite()) {
         independent.see(f64::NAN, || "a function is not finite between -1 and 1".into());
         return Report::default().with([slopes, same, independent]);
@@ -203,8 +203,8 @@ pub fn basis<const D: usize>(basis: &dyn Basis<D>) -> Report {
 }
 
 /// [`Basis::fill_many`] against the basis point by point, with slopes and without, for several numbers of points.
-fn filled_many<const D: usize>(basis: &dyn Basis<D>, samples: &[Point<D>]) -> Law {
-    let mut same = Law::new("fill_many gives what fill gives", SAME);
+fn filled_many<const D: usize>(basis: &dyn Basis<D>, samples: &[Point<D>]) -> Finding {
+    let mut same = Finding::new("fill_many gives what fill gives", SAME);
     let terms = basis.len();
     let (mut h, mut dh) = (vec![0.0; terms], vec![Point::<D>::zeros(); terms]);
     for count in [1, 3, 8, samples.len()] {

@@ -7,7 +7,7 @@ use crate::each::{Each, list_of};
 use crate::error::LinearError;
 use crate::linear::{Inertia, LinearSolver, LinearSystem, MatrixClass, after_their_rows};
 
-use super::{Law, Report};
+use super::{Finding, Report};
 
 /// Unknowns along each side of the square of the test systems.
 const SIDE: usize = 14;
@@ -35,10 +35,10 @@ struct Case {
 /// assert!(report.finding("definite, indefinite and saddle-point systems are solved").is_some_and(|f| f.holds()));
 /// ```
 pub fn solver(solver: &dyn LinearSolver) -> Report {
-    let mut solved = Law::new("definite, indefinite and saddle-point systems are solved", RESIDUAL);
-    let mut again = Law::new("a second factorisation starts afresh", RESIDUAL);
-    let mut signs = Law::new("the inertia is right (pivots of wrong sign)", 0.0);
-    let mut refused = Law::new("singular systems are refused", 0.0);
+    let mut solved = Finding::new("definite, indefinite and saddle-point systems are solved", RESIDUAL);
+    let mut again = Finding::new("a second factorisation starts afresh", RESIDUAL);
+    let mut signs = Finding::new("the inertia is right (pivots of wrong sign)", 0.0);
+    let mut refused = Finding::new("singular systems are refused", 0.0);
     let mut reported = false;
     for case in regular() {
         let place = || case.name.to_string();

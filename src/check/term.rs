@@ -2,11 +2,11 @@
 
 use crate::assembly::{fault, misnumbered};
 use crate::each::{Each, add};
-use crate::error::{Error, Invalid, SolveError};
+use crate::error::{Error, Invalid};
 use crate::linear::vector::norm;
 use crate::term::{Coupling, Element, Form, Term, View, parted_mut};
 
-use super::{Law, Report, signed};
+use super::{Finding, Report, signed};
 
 /// Random directions per cluster along which derivatives are compared.
 const DIRECTIONS: usize = 3;
@@ -32,7 +32,7 @@ const SOLVED: f64 = 1e-12;
 /// condensed unknowns that are not solved is not checked.
 ///
 /// # Errors
-/// Where the displacement is not finite, [`SolveError::MissingNode`] where it lacks nodes of the term, and [`SolveError::Unknowns`] where
+/// Where the displacement is not finite, [`MissingNode`](crate::error::SolveError::MissingNode) where it lacks nodes of the term, and [`Unknowns`](crate::error::SolveError::Unknowns) where
 /// clusters share condensed unknowns.
 ///
 /// ```
@@ -55,19 +55,14 @@ pub fn term(term: &dyn Term, displacement: &[f64], load: f64) -> Result<Report, 
     let (clusters, dim) = (term.clusters(), term.dim());
     ensure!((1..=3).contains(&dim), Invalid::new("dimension of a term", dim as f64, "return 1, 2 or 3 from Term::dim"));
     let nodes = displacement.len() / dim;
-    for cluster in 0..clusters {
-        if let Some(node) = term.nodes(cluster).iter().map(|&node| node as usize).find(|&node| node >= nodes) {
-            return Err(SolveError::MissingNode { term: 0, cluster, node, nodes }.into());
-        }
-    }
-    if let Some(error) = misnumbered(term, 0) {
+    if let Some(error) = misnumbered(term, 0, nodes) {
         return Err(error.into());
     }
     let probe = Probe::new(term, displacement, load);
-    let mut order = Law::new("the nodes of a cluster rise", 0.0);
+    let mut order = Finding::new("the nodes of a cluster rise", 0.0);
     let mut promises =
-        Law::new("forces and matrix are finite, and the matrix is symmetric where that is promised", 0.0);
-    let mut still = Law::new("a step of nothing is allowed in full", 0.0);
+        Finding::new("forces and matrix are finite, and the matrix is symmetric where that is promised", 0.0);
+    let mut still = Finding::new("a step of nothing is allowed in full", 0.0);
     for cluster in 0..clusters {
         let rising = term.nodes(cluster).windows(2).all(|w| w[0] < w[1]);
         order.see(f64::from(u8::from(!rising)), || format!("cluster {cluster}"));
@@ -78,12 +73,12 @@ pub fn term(term: &dyn Term, displacement: &[f64], load: f64) -> Result<Report, 
             .with([order])
             .unchecked("all derivatives: the condensed unknowns were not solved by advance() with a step of nothing"));
     };
-    let mut lengths = Law::new("linearize() keeps the lengths of its buffers", 0.0);
+    let mut lengths = Finding::new("linearize() keeps the lengths of its buffers", 0.0);
     for cluster in 0..clusters {
         let changed = probe.changed_lengths(cluster, &base);
         lengths.see(changed as f64, || format!("cluster {cluster}"));
     }
-    if !lengths.finding.holds() {
+    if !lengths.holds() {
         return Ok(report.with([order, lengths]).unchecked("all derivatives: the buffers have other lengths"));
     }
     for cluster in 0..clusters {
@@ -214,10 +209,10 @@ impl<'a> Probe<'a> {
 
     /// Compares all derivatives, cluster by cluster.
     fn derivatives(&self, report: Report, base: &[f64]) -> Report {
-        let mut residual = Law::new("the residual is the derivative of the energy", TOLERANCE);
-        let mut matrix = Law::new("the matrix is the derivative of the residual", TOLERANCE);
-        let mut slope = Law::new("the load slope is the derivative of the residual", TOLERANCE);
-        let mut condensed = Law::new("advance() follows the solved condensed unknowns", TOLERANCE);
+        let mut residual = Finding::new("the residual is the derivative of the energy", TOLERANCE);
+        let mut matrix = Finding::new("the matrix is the derivative of the residual", TOLERANCE);
+        let mut slope = Finding::new("the load slope is the derivative of the residual", TOLERANCE);
+        let mut condensed = Finding::new("advance() follows the solved condensed unknowns", TOLERANCE);
         let mut random = fastrand::Rng::with_seed(3);
         let (mut stored, mut solved_all) = (false, true);
         for cluster in 0..self.term.clusters() {

@@ -108,6 +108,12 @@ impl<'a, 'o> Continuation<'a, 'o> {
         model.at_own(state).time_error(before) / self.analysis.stepping.time_tolerance
     }
 
+    /// Adds the iterations since the last count to those of the path and of the step under way.
+    pub(super) fn count_iterations(&mut self) {
+        self.spent += self.equilibrium.iterations - self.path.iterations;
+        self.path.iterations = self.equilibrium.iterations;
+    }
+
     pub(super) fn count_rejection(&mut self) {
         self.rejected += 1;
         self.path.rejected += 1;
@@ -118,7 +124,6 @@ impl<'a, 'o> Continuation<'a, 'o> {
         if self.by_factors {
             self.exchange();
         }
-        let before = self.equilibrium.iterations;
         let near = self.previous.is_some() && self.analysis.stepping.predict && !self.at_break_point();
         let newton = self.newton();
         let ahead = self.ahead(control, near);
@@ -132,8 +137,7 @@ impl<'a, 'o> Continuation<'a, 'o> {
             attempt = given;
             outcome = self.equilibrium.newton(&newton, &mut attempt, &ahead, self.observer);
         }
-        self.spent += self.equilibrium.iterations - before;
-        self.path.iterations = self.equilibrium.iterations;
+        self.count_iterations();
         if outcome.as_ref().is_err_and(|rejection| !matches!(rejection, Rejection::TooLarge(_))) {
             self.count_rejection();
         }
@@ -202,11 +206,9 @@ impl<'a, 'o> Continuation<'a, 'o> {
     fn modes(&mut self) -> usize {
         if self.modes.is_none() {
             let last = self.equilibrium.inertia;
-            let before = self.equilibrium.iterations;
             let found =
                 self.equilibrium.tangent_displacement(&self.state).ok().and_then(|_| self.equilibrium.unstable_modes());
-            self.spent += self.equilibrium.iterations - before;
-            self.path.iterations = self.equilibrium.iterations;
+            self.count_iterations();
             self.equilibrium.inertia = last;
             self.modes = Some(found.unwrap_or(0));
         }
@@ -221,11 +223,9 @@ impl<'a, 'o> Continuation<'a, 'o> {
             return Vec::new();
         }
         let before = self.modes();
-        let iterations = self.equilibrium.iterations;
         let newton = self.newton();
         let points = self.equilibrium.critical_points(&newton, (&self.state, before), (next, after), self.observer);
-        self.spent += self.equilibrium.iterations - iterations;
-        self.path.iterations = self.equilibrium.iterations;
+        self.count_iterations();
         points
     }
 

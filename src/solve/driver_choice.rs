@@ -5,8 +5,7 @@ use crate::linear::vector::root_mean_square;
 
 use super::continuation::Continuation;
 use super::driver::Driver;
-use super::functional::Functional;
-use super::functional::{Control, Deflection};
+use super::functional::{Control, Deflection, Functional};
 use super::rejection::Rejection;
 use super::settings::Newton;
 use super::state::State;
@@ -63,14 +62,12 @@ impl<'a, 'o> Continuation<'a, 'o> {
             self.probes = true;
             return if self.path.steps.is_empty() { None } else { self.driver_of_first_run() };
         }
-        let before = self.equilibrium.iterations;
         let probe = self.equilibrium.tangent_displacement(start);
         if self.path.steps.is_empty() {
-            self.spent += self.equilibrium.iterations - before;
-            self.path.iterations = self.equilibrium.iterations;
+            self.count_iterations();
         } else {
             // Counted by the first run.
-            self.equilibrium.iterations = before;
+            self.equilibrium.iterations = self.path.iterations;
         }
         let rest = 1.0 - self.path.start.load;
         // Where the tangent is singular (a mechanism stiffened only by its loads) the load is controlled.
@@ -115,13 +112,12 @@ impl<'a, 'o> Continuation<'a, 'o> {
 
     /// The driver of the first attempt of the run that is resumed.
     fn driver_of_first_run(&mut self) -> Option<(Driver, f64)> {
-        let before = self.equilibrium.iterations;
         let mut attempt = self.path.start.clone();
         let once = Newton { iterations: 1, ..self.newton() };
         let outcome = self.equilibrium.newton(&once, &mut attempt, &self.ahead(Control::Load(1.0), false), &mut ());
         self.probes = false;
         // Counted by the first run.
-        self.equilibrium.iterations = before;
+        self.equilibrium.iterations = self.path.iterations;
         match outcome {
             Err(Rejection::TooLarge(answer)) => self.driver_after(&answer),
             _ => None,

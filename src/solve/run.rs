@@ -24,8 +24,7 @@ impl Analysis {
         equations: &Constraints,
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
-        let start = State::at_rest(model, equations);
-        self.follow_load(model, equations, start.into(), observer)
+        self.resume(model, equations, State::at_rest(model, equations), observer)
     }
 
     /// Goes on from the last step of a path that [`run`](Analysis::run) left unfinished, with the same bits as if it had never been
@@ -47,16 +46,7 @@ impl Analysis {
         path: impl Into<EquilibriumPath>,
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
-        self.follow_load(model, equations, path.into(), observer)
-    }
-
-    fn follow_load(
-        &self,
-        model: &Model,
-        equations: &Constraints,
-        path: EquilibriumPath,
-        observer: &mut dyn Observer,
-    ) -> Result<EquilibriumPath, Error> {
+        let path = path.into();
         self.validate(model, equations, &path)?;
         ensure!(
             !(path.steps.is_empty() && path.start.load > 1.0),
@@ -99,18 +89,7 @@ impl Analysis {
         targets: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
-        self.follow_targets(model, equations, path.into(), functional, targets, observer)
-    }
-
-    fn follow_targets(
-        &self,
-        model: &Model,
-        equations: &Constraints,
-        path: EquilibriumPath,
-        functional: &dyn Functional,
-        targets: &[f64],
-        observer: &mut dyn Observer,
-    ) -> Result<EquilibriumPath, Error> {
+        let path = path.into();
         self.validate(model, equations, &path)?;
         if let Some(given) = functional.unknowns().filter(|&n| n != model.unknowns()) {
             return Err(SolveError::Length { what: "controlled functional", given, needed: model.unknowns() }.into());

@@ -22,7 +22,8 @@ impl Continuation<'_, '_> {
     pub(super) fn follow(&mut self, rule: &mut StepRule<'_>) -> Outcome {
         while !rule.is_done(self) {
             let step = rule.next(self);
-            if !self.steps_left() || !self.moves(step) {
+            if let Some(cause) = self.hindrance(step) {
+                self.stall(cause, Driven::ByControl);
                 return Outcome::Ended;
             }
             match rule.attempt(self, step) {
@@ -49,22 +50,15 @@ impl Continuation<'_, '_> {
         Outcome::Done
     }
 
-    fn steps_left(&mut self) -> bool {
-        let left = self.path.steps.len() < self.analysis.stepping.steps;
-        if !left {
-            self.stall(Cause::Steps(self.analysis.stepping.steps), Driven::ByControl);
+    /// Why a step is not attempted: no more are allowed, or it changes what is controlled by no more than its rounding, where halves
+    /// round up to the whole and attempts would be made for ever.
+    fn hindrance(&self, [now, next]: [f64; 2]) -> Option<Cause> {
+        let most = self.analysis.stepping.steps;
+        if self.path.steps.len() >= most {
+            return Some(Cause::Steps(most));
         }
-        left
-    }
-
-    /// Whether a step changes what is controlled by more than its rounding: below, halves round up to the whole and
-    /// attempts would be made for ever.
-    fn moves(&mut self, [now, next]: [f64; 2]) -> bool {
         let moves = (next - now).abs() > 4.0 * f64::EPSILON * now.abs() && next.is_finite();
-        if !moves {
-            self.stall(Cause::Rounding { now, next }, Driven::ByControl);
-        }
-        moves
+        (!moves).then_some(Cause::Rounding { now, next })
     }
 
     /// The state from which an attempt under another load starts, `ratio` times the last step ahead on the line through the last two

@@ -1,7 +1,7 @@
 //! The increments of the condensed unknowns of a body over one cluster.
 
 use crate::material::Material;
-use crate::simd::{Arithmetic, Task, dispatch};
+use crate::simd::{Arithmetic, Task};
 use crate::table::displacement_gradient;
 use crate::tensor::cofactor;
 
@@ -12,25 +12,13 @@ use super::pressure_field::PressureField;
 use super::step_limit::{largest_part, largest_step, largest_step_of_hoops};
 use super::zone_residuals::ZoneResiduals;
 
-impl<const D: usize> Body<D> {
-    /// Increments of the condensed unknowns of a cluster and the largest step; see [`Term::advance`].
-    pub(super) fn advance_cluster(
-        &self,
-        cluster: usize,
-        view: View<'_>,
-        step: &[f64],
-        condensed_step: &mut [f64],
-    ) -> f64 {
-        dispatch(Advance { body: self, cluster, view, step, condensed_step })
-    }
-}
-
-struct Advance<'a, const D: usize> {
-    body: &'a Body<D>,
-    cluster: usize,
-    view: View<'a>,
-    step: &'a [f64],
-    condensed_step: &'a mut [f64],
+/// Increments of the condensed unknowns of a cluster and the largest step; see [`Term::advance`].
+pub(super) struct Advance<'a, const D: usize> {
+    pub body: &'a Body<D>,
+    pub cluster: usize,
+    pub view: View<'a>,
+    pub step: &'a [f64],
+    pub condensed_step: &'a mut [f64],
 }
 
 impl<const D: usize> Task for Advance<'_, D> {
@@ -80,7 +68,7 @@ impl<const D: usize> Task for Advance<'_, D> {
                     condensed_step[at + 1] = kept.share * (u.slope + u.curvature * of_theta) + kept.held[0] - pi;
                     bound = bound.min(largest_part(theta, of_theta));
                 }
-                let (phi, weight) = (body.phi(point), table.weights()[point]);
+                let (phi, weight) = (body.zone_functions(point), table.weights()[point]);
                 let measure = zone.add(body, (volumetric, kept), point, weight, theta, j);
                 for (change_of_pi, phi) in change_of_pi.iter_mut().zip(phi) {
                     *change_of_pi += weight * measure.slope * change * phi;

@@ -43,7 +43,7 @@ impl<const D: usize> Body<D> {
                     PressureField::Pointwise => view.condensed[2 * point + 1],
                     PressureField::Constant | PressureField::Linear => {
                         let (_, pi, measure) = self.zone(cluster, view.condensed);
-                        let projected: f64 = self.phi(point).pair_sum(pi, |p, pi| p * pi);
+                        let projected: f64 = self.zone_functions(point).pair_sum(pi, |p, pi| p * pi);
                         let j = self.deformation_gradient(point, view.displacement).determinant();
                         let Kept { share, held } = self.kept(self.stabilisation(cluster), &recall, point);
                         let pointwise = share * self.pointwise_energy(volumetric, j).slope + held[0];
@@ -72,7 +72,7 @@ impl<const D: usize> Body<D> {
                     PressureField::Constant | PressureField::Linear => {
                         let (_, _, measure) = self.zone(cluster, view.condensed);
                         let pi = &condensed_step[self.unknowns(cluster)][self.functions..2 * self.functions];
-                        let projected: f64 = self.phi(point).pair_sum(pi, |p, pi| p * pi);
+                        let projected: f64 = self.zone_functions(point).pair_sum(pi, |p, pi| p * pi);
                         projected * measure.of(f.determinant()).slope
                     }
                 });
@@ -124,7 +124,7 @@ impl<const D: usize> Body<D> {
                     let kept = self.stabilisation(cluster) * self.pointwise_energy(volumetric, j).slope;
                     let (theta, pi) = condensed[range.clone()].split_at_mut(self.functions);
                     let weight = self.table.weights()[point];
-                    for (k, phi) in self.phi(point).iter().enumerate() {
+                    for (k, phi) in self.zone_functions(point).iter().enumerate() {
                         theta[k] += weight * phi * measure.value;
                         pi[k] += weight * phi * (p - kept) / measure.slope;
                     }

@@ -2,14 +2,17 @@
 
 use crate::error::{Invalid, MaterialError, SolveError};
 use crate::material::Material;
+use crate::simd::dispatch;
 
 use super::Term;
+use super::advance::Advance;
 use super::amplitude::Amplitude;
 use super::body::Body;
 use super::diagnostics::StateDiagnostics;
 use super::element::{Element, View};
 use super::layout::{Form, Layout};
 use super::pressure_field::PressureField;
+use super::product::Multiply;
 use super::step_limit::jacobian;
 use super::uncondensed::{Product, Zone};
 
@@ -53,7 +56,7 @@ impl<const D: usize> Term for Body<D> {
     }
 
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
-        self.advance_cluster(cluster, view, step, condensed_step)
+        dispatch(Advance { body: self, cluster, view, step, condensed_step })
     }
 
     fn energy(&self, cluster: usize, view: View<'_>) -> f64 {
@@ -84,7 +87,13 @@ impl<const D: usize> Term for Body<D> {
     }
 
     fn update(&self, view: View<'_>, next: &mut [f64]) {
-        self.update_histories(view, next);
+        let (recall, Some((time, points))) = (self.recall(view), next.split_first_mut()) else { return };
+        *time = self.time(view.load);
+        let gradient = |point| self.local_gradient(point, view.displacement);
+        for (point, next) in points.chunks_exact_mut(self.rest.len()).enumerate() {
+            self.material.remember(&gradient(point), recall.at(point), &mut next[..self.material.memory()]);
+        }
+        self.remember_volumes(recall, gradient, view.condensed, points);
     }
 
     fn time_error(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
@@ -96,7 +105,7 @@ impl<const D: usize> Term for Body<D> {
     }
 
     fn multiply(&self, zone: &Zone, x: &[f64], product: &mut Product) {
-        self.multiply_zone(zone, x, product);
+        dispatch(Multiply { body: self, zone, x, product });
     }
 
     fn largest_gradient(&self, cluster: usize, displacement: &[f64]) -> f64 {

@@ -95,7 +95,7 @@ impl<const D: usize> Body<D> {
                 condensed.fill(0.0);
                 for point in self.table.clusters().points(cluster) {
                     let weight = self.table.weights()[point];
-                    for (theta, phi) in condensed.iter_mut().zip(self.phi(point)) {
+                    for (theta, phi) in condensed.iter_mut().zip(self.zone_functions(point)) {
                         *theta += weight * phi;
                     }
                 }
@@ -105,12 +105,6 @@ impl<const D: usize> Body<D> {
                 }
             }
         }
-    }
-
-    /// Values of the orthonormal zone functions $\varphi_k$ of the point's cluster, $\int\varphi_k\varphi_l = \delta_{kl}$;
-    /// empty where pressures are not projected. A cluster of too few points has zeros in place of the last ones.
-    pub(crate) fn zone_functions(&self, point: usize) -> &[f64] {
-        self.phi(point)
     }
 
     /// The unknowns of a zone: coefficients of $\bar G$ and of its conjugate, and the measure it has by the last one.
@@ -138,7 +132,7 @@ impl<const D: usize> Body<D> {
     /// whatever the unit of length.
     #[inline(always)]
     pub(super) fn unit(&self, cluster: usize) -> f64 {
-        self.table.clusters().points(cluster).next().map_or(0.0, |point| self.phi(point)[0])
+        self.table.clusters().points(cluster).next().map_or(0.0, |point| self.zone_functions(point)[0])
     }
 
     /// The exponent of a zone that has `held` under a mean pressure: how far it is on the way from roots of $J$
@@ -201,8 +195,10 @@ impl<const D: usize> Body<D> {
         (self.stabilisation * (points as f64 / self.fewest as f64).min(WIDEST)).min(POINTWISE_SHARE)
     }
 
+    /// Values of the orthonormal zone functions $\varphi_k$ of the point's cluster, $\int\varphi_k\varphi_l = \delta_{kl}$;
+    /// empty where pressures are not projected. A cluster of too few points has zeros in place of the last ones.
     #[inline(always)]
-    pub(super) fn phi(&self, point: usize) -> &[f64] {
+    pub(crate) fn zone_functions(&self, point: usize) -> &[f64] {
         &self.phi[point * self.functions..(point + 1) * self.functions]
     }
 
@@ -232,13 +228,13 @@ impl<const D: usize> Body<D> {
                     }
                 };
             let value = measure.of(j).value;
-            for (t, phi) in theta.iter_mut().zip(self.phi(point)) {
+            for (t, phi) in theta.iter_mut().zip(self.zone_functions(point)) {
                 *t += weight * phi * value;
             }
         }
         if n > 0 {
             for point in self.table.clusters().points(cluster) {
-                let projected: f64 = self.phi(point).pair_sum(&theta, |p, t| p * t);
+                let projected: f64 = self.zone_functions(point).pair_sum(&theta, |p, t| p * t);
                 let kept = self.kept(share, &recall, point);
                 energy +=
                     self.table.weights()[point] * self.projected_energy(volumetric, (measure, kept), projected).energy;

@@ -93,18 +93,8 @@ impl<const D: usize> Body<D> {
         self.remember_volumes(recall, |point| self.table.at_rest(point), condensed, points);
     }
 
-    pub(super) fn update_histories(&self, view: View<'_>, next: &mut [f64]) {
-        let (recall, Some((time, points))) = (self.recall(view), next.split_first_mut()) else { return };
-        *time = self.time(view.load);
-        let gradient = |point| self.local_gradient(point, view.displacement);
-        for (point, next) in points.chunks_exact_mut(self.rest.len()).enumerate() {
-            self.material.remember(&gradient(point), recall.at(point), &mut next[..self.material.memory()]);
-        }
-        self.remember_volumes(recall, gradient, view.condensed, points);
-    }
-
     /// Writes what is remembered of the pointwise part of the volumetric energy, at deformation gradients.
-    fn remember_volumes(
+    pub(super) fn remember_volumes(
         &self,
         recall: Recall<'_>,
         gradient: impl Fn(usize) -> Mat3,
@@ -120,7 +110,7 @@ impl<const D: usize> Body<D> {
         for cluster in 0..clusters.count() {
             let (theta, _, measure) = self.zone(cluster, condensed);
             for point in clusters.points(cluster) {
-                let projected: f64 = self.phi(point).pair_sum(theta, |phi, theta| phi * theta);
+                let projected: f64 = self.zone_functions(point).pair_sum(theta, |phi, theta| phi * theta);
                 let own = self.material.settled(&gradient(point), recall.at(point)).determinant();
                 let slopes = [own, measure.volume(projected)].each(|j| self.pointwise_energy(volumetric, j).slope);
                 Kept::remember(prony, recall.of_volume(point), slopes, &mut next[point * all..][each..all]);

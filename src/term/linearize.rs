@@ -309,7 +309,7 @@ impl<const D: usize> Summed<'_, D> {
             let force = u.slope + u.curvature * (j - theta);
             return Pressure { force, geometric: self.condensed[2 * point + 1], rank_one: u.curvature };
         }
-        let (phi, weight) = (body.phi(point), body.table.weights()[point]);
+        let (phi, weight) = (body.zone_functions(point), body.table.weights()[point]);
         let kept = body.kept(self.share, recall, point);
         let measure = self.residuals.add(body, (volumetric, kept), point, weight, self.theta, j);
         let mut pressure = 0.0;

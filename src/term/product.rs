@@ -3,24 +3,18 @@
 use std::ops::Range;
 
 use crate::each::{EachOf, array_of};
-use crate::simd::{Arithmetic, LANES, Task, dispatch};
+use crate::simd::{Arithmetic, LANES, Task};
 use crate::table::ShapeTable;
 
 use super::body::Body;
 use super::uncondensed::{Product, Tangents, Zone, entry};
 
-impl<const D: usize> Body<D> {
-    /// Writes $\int B^T A\\,B x$ over a zone; see [`super::Term::multiply`].
-    pub(super) fn multiply_zone(&self, zone: &Zone, x: &[f64], product: &mut Product) {
-        dispatch(Multiply { body: self, zone, x, product });
-    }
-}
-
-struct Multiply<'a, const D: usize> {
-    body: &'a Body<D>,
-    zone: &'a Zone,
-    x: &'a [f64],
-    product: &'a mut Product,
+/// Writes $\int B^T A\\,B x$ over a zone; see [`super::Term::multiply`].
+pub(super) struct Multiply<'a, const D: usize> {
+    pub body: &'a Body<D>,
+    pub zone: &'a Zone,
+    pub x: &'a [f64],
+    pub product: &'a mut Product,
 }
 
 impl<const D: usize> Task for Multiply<'_, D> {

@@ -37,7 +37,7 @@ impl ZoneResiduals {
         theta: &[f64],
         j: f64,
     ) -> Jet {
-        let phi = body.phi(point);
+        let phi = body.zone_functions(point);
         let measure = self.measure.of(j);
         let mut projected = 0.0;
         for (p, t) in phi.iter().zip(theta) {

@@ -393,7 +393,8 @@ fn assemblers_asked_for_models_and_vectors_of_others() {
     // A body that reaches beyond the nodes of its model.
     let small = model(12, 1);
     let state = (vec![0.0; 24], small.start());
-    assert!(is_refused(small.assembler().assemble(&small, StateRef::new(&state.0, &state.1, 0.0), &mut system)));
+    let missing = small.assembler().assemble(&small, StateRef::new(&state.0, &state.1, 0.0), &mut system);
+    assert!(matches!(missing, Err(SolveError::MissingNode { term: 0, nodes: 12, .. })), "{missing:?}");
 }
 
 /// Whether a state is said to be of another model.
