@@ -225,9 +225,9 @@ pub(super) fn name_of(scheme: &Scheme) -> &'static str {
 /// The change of the values requested from one model to another, relative to the latter or to the size given for them.
 fn changes<const D: usize>(a: &Level, b: &Level, tolerance: &Tolerance<D>) -> impl Iterator<Item = f64> {
     let values = a.values.iter().zip(&b.values);
-    tolerance.quantities.iter().zip(values).map(|(quantity, (a, b))| change(*a, *b, quantity.size))
-}
-
-fn change(a: f64, b: f64, size: f64) -> f64 {
-    if a == b { 0.0 } else { ((b - a) / b.abs().max(size)).abs() }
+    tolerance.quantities.iter().zip(values).map(
+        |(quantity, (a, b))| {
+            if a == b { 0.0 } else { ((b - a) / b.abs().max(quantity.size)).abs() }
+        },
+    )
 }

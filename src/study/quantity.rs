@@ -185,9 +185,7 @@ impl<const D: usize> Quantity<D> {
     pub fn evaluate(&self, problem: &Problem<D>, state: &State) -> Result<f64, Error> {
         (self.measure)(problem, state)
     }
-}
 
-impl<const D: usize> Quantity<D> {
     /// Whether it is the energy, whose second derivative is known.
     pub(super) fn is_energy(&self) -> bool {
         matches!(self.kind, Kind::Energy)

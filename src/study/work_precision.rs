@@ -62,13 +62,6 @@ struct Timing<'a> {
     seconds: Vec<f64>,
 }
 
-impl Timing<'_> {
-    fn finished(mut self) -> Run {
-        self.run.seconds = self.seconds.into_iter().reduce(f64::min).unwrap_or(self.first);
-        self.run
-    }
-}
-
 impl<const D: usize> WorkPrecision<D> {
     /// A study of a scene, without schemes or quantities yet.
     pub fn new(name: impl Into<String>, scene: Scene<D>) -> Self {
@@ -115,7 +108,10 @@ impl<const D: usize> WorkPrecision<D> {
                 self.repeat(pass, timing);
             }
         }
-        let mut runs: Vec<Run> = timed.into_mapped(Timing::finished);
+        let mut runs: Vec<Run> = timed.into_mapped(|Timing { mut run, first, seconds, .. }| {
+            run.seconds = seconds.into_iter().reduce(f64::min).unwrap_or(first);
+            run
+        });
         let mut uncertainty: f64 = 0.0;
         for k in 0..self.quantities.len() {
             let (value, own) = self.reference(k, &runs)?;
