@@ -231,7 +231,7 @@ impl Equilibrium<'_> {
     ///
     /// # Errors
     /// As [`solve`](Equilibrium::solve).
-    pub fn weakest_mode(&mut self) -> Result<Vec<f64>, Cause> {
+    pub(super) fn weakest_mode(&mut self) -> Result<Vec<f64>, Cause> {
         // From anything that has a part of all modes.
         let unknowns = self.model.unknowns();
         let mut mode: Vec<f64> = list_of(unknowns, |k| ((k + 1) as f64 * GOLDEN).fract() - 0.5);

@@ -47,7 +47,7 @@ pub struct Body<const D: usize> {
     /// What the stabilisation multiplies.
     pub(super) pointwise: Option<PointwiseEnergy>,
     /// Points of the smallest zone where the stabilisation grows with the points of a zone; else 0.
-    pub(super) fewest: usize,
+    pub(crate) fewest: usize,
     /// A zone on which no functions are orthonormal, and the square norm of one that is not positive.
     pub(super) unsuited: Option<f64>,
     /// Whether its matrix goes without what the condensed pressures of zones add.
@@ -194,17 +194,6 @@ impl<const D: usize> Body<D> {
     /// Condensed unknowns of all clusters.
     pub(super) fn condensed_count(&self) -> usize {
         self.table.clusters().count().checked_sub(1).map_or(0, |last| self.unknowns(last).end)
-    }
-
-    /// Points of the smallest zone where the stabilisation grows with the points of a zone; else 0.
-    pub(crate) fn fewest(&self) -> usize {
-        self.fewest
-    }
-
-    /// Takes the points of the smallest zone of a whole body of which this is a part.
-    pub(crate) fn with_fewest(mut self, fewest: usize) -> Self {
-        self.fewest = fewest;
-        self
     }
 
     /// The table.

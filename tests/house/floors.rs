@@ -208,26 +208,33 @@ fn functions(source: &str, begins: &str) -> Vec<String> {
     block.lines().filter_map(name).collect()
 }
 
-/// What wraps a user's cells or functions hands on all they can be asked, those with a default too: a method that is added to a trait and
+/// What wraps a user's functions hands on all they can be asked, those with a default too: a method that is added to the trait and
 /// not to its wrapper would answer with the default.
 #[test]
 fn wrappers_hand_on_every_method() {
-    let read =
-        |file: &str| bare(&fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(file)).unwrap());
-    let wrapped = read("scene/discretisation/checked.rs");
-    for (file, begins, wrapper, built_on_others) in [
-        ("cells/partition.rs", "pub trait Cells<", "Cells<D> for CheckedCells<D>", &[][..]),
-        (
-            "shape/mod.rs",
-            "pub trait Approximation<",
-            "Approximation<D> for CheckedFunctions<A>",
-            &["shape_functions"][..],
-        ),
-    ] {
-        let (asked, handed_on) = (functions(&read(file), begins), functions(&wrapped, wrapper));
-        assert!(asked.len() > 5);
-        for name in asked.iter().filter(|name| !built_on_others.contains(&name.as_str())) {
-            assert!(handed_on.contains(name), "{name}");
+    let asked = functions(&source("shape/mod.rs"), "pub trait Approximation<");
+    let handed_on = functions(&source("scene/discretisation/checked.rs"), "Approximation<D> for CheckedFunctions<A>");
+    assert!(asked.len() > 5);
+    for name in asked.iter().filter(|name| *name != "shape_functions") {
+        assert!(handed_on.contains(name), "{name}");
+    }
+}
+
+fn source(file: &str) -> String {
+    bare(&fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(file)).unwrap())
+}
+
+/// Scenes ask cells for boundaries by the methods that look at the answers, which may be a user's.
+#[test]
+fn boundaries_of_cells_are_looked_at() {
+    let mut scenes = Vec::new();
+    files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src/scene"), &mut scenes);
+    assert!(scenes.len() > 20);
+    for file in scenes.iter().filter(|file| !file.ends_with("checked.rs")) {
+        let text = bare(&fs::read_to_string(file).unwrap());
+        for name in ["cells.boundary", "cells.boundary_points", "cells.contact_boundary", "cells.boundary_nodes"] {
+            assert!(!text.contains(&format!("{name}(")), "{}: {name}", file.display());
         }
+        assert!(!text.contains("boundary_pieces"), "{}", file.display());
     }
 }

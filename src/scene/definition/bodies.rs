@@ -9,7 +9,7 @@ use crate::geometry::Part;
 use crate::kinematics::Kinematics;
 use crate::material::Material;
 
-use super::place::{Described, Spot};
+use super::place::Spot;
 use super::source::{BodyOf, Source};
 use crate::scene::{Geometry, Place, Scene, Scheme};
 
@@ -126,7 +126,13 @@ impl<const D: usize> Scene<D> {
         for pair in &self.unbonded {
             asked.extend([&*pair[0], &*pair[1]]);
         }
-        Ok(check_body_names(&own, &self.rigid_names(), &asked)?)
+        if let Some(name) = self.rigid_names().iter().find(|name| own.contains(name)) {
+            return Err(BoundaryError::NamedTwice { name: name.to_string() }.into());
+        }
+        match asked.iter().find(|name| !own.contains(name)) {
+            Some(name) => Err(unknown_body(&own, name).into()),
+            None => Ok(()),
+        }
     }
 
     /// The places of conditions, then those of loads.
@@ -134,11 +140,6 @@ impl<const D: usize> Scene<D> {
         let mut places = self.conditions.mapped(|condition| &condition.place);
         places.extend(self.loads.iter().map(|load| &load.place));
         places
-    }
-
-    /// The names of the bodies.
-    fn body_names(&self) -> Vec<&str> {
-        self.bodies.mapped(|body| &*body.name)
     }
 
     /// Which bodies a place lies on, by their numbers; at least one. At a point it is the first that `reaches` it.
@@ -149,8 +150,28 @@ impl<const D: usize> Scene<D> {
         cells: &[(Scheme, Arc<dyn Cells<D>>)],
         reaches: &dyn Fn(usize) -> bool,
     ) -> Result<Vec<usize>, Error> {
-        let knows = |body: usize, part: &Part| Ok(cells[body].1.boundary_nodes(part).map(|_| ())?);
-        bodies_at(&self.body_names(), place.of.as_deref(), &place.spot.described(), what, &knows, reaches)
+        let names = self.bodies.mapped(|body| &*body.name);
+        if let Some(name) = &place.of {
+            let found = names.iter().position(|own| own == name);
+            return Ok(vec![found.ok_or_else(|| unknown_body(&names, name))?]);
+        }
+        if names.len() == 1 {
+            return Ok(vec![0]);
+        }
+        let all = 0..names.len();
+        match &place.spot {
+            Spot::Body => Ok(all.collect()),
+            Spot::Point(_) => Ok(vec![all.into_iter().find(|&number| reaches(number)).unwrap_or(0)]),
+            Spot::Part(part @ Part::Named(_)) => {
+                let found: Vec<usize> = all.filter(|&body| cells[body].1.particles_on(part).is_ok()).collect();
+                if found.is_empty() {
+                    // The first body's own refusal lists the parts that it knows.
+                    cells[0].1.particles_on(part)?;
+                }
+                Ok(found)
+            }
+            Spot::Part(_) => Err(BoundaryError::Ambiguous { what: what(), known: names.join("; ") }.into()),
+        }
     }
 
     /// The body of a place in contact, by its number, and the place with its name looked up; a part that several bodies have is refused.
@@ -167,49 +188,6 @@ impl<const D: usize> Scene<D> {
             return Err(BoundaryError::Ambiguous { what: what(), known }.into());
         }
         Ok((of.first().copied().unwrap_or(0), place))
-    }
-}
-
-/// The bodies of these names that a place lies on; each of them `knows` a part or refuses it.
-fn bodies_at(
-    names: &[&str],
-    of: Option<&str>,
-    spot: &Described<'_>,
-    what: &dyn Fn() -> String,
-    knows: &dyn Fn(usize, &Part) -> Result<(), Error>,
-    reaches: &dyn Fn(usize) -> bool,
-) -> Result<Vec<usize>, Error> {
-    let all = 0..names.len();
-    if let Some(name) = of {
-        let found = names.iter().position(|own| *own == name);
-        return Ok(vec![found.ok_or_else(|| unknown_body(names, name))?]);
-    }
-    if names.len() == 1 {
-        return Ok(vec![0]);
-    }
-    match spot {
-        Described::Body => Ok(all.collect()),
-        Described::Point(_) => Ok(vec![all.into_iter().find(|&number| reaches(number)).unwrap_or(0)]),
-        Described::Part(part @ Part::Named(_)) => {
-            let found: Vec<usize> = all.filter(|&number| knows(number, part).is_ok()).collect();
-            if found.is_empty() {
-                // The first body's own refusal lists the parts that it knows.
-                knows(0, part)?;
-            }
-            Ok(found)
-        }
-        Described::Part(_) => Err(BoundaryError::Ambiguous { what: what(), known: names.join("; ") }.into()),
-    }
-}
-
-/// Refuses a rigid body with the name of a body, and a body that is asked for and that there is not.
-fn check_body_names(own: &[&str], rigid: &[&str], asked: &[&str]) -> Result<(), BoundaryError> {
-    if let Some(name) = rigid.iter().find(|name| own.contains(name)) {
-        return Err(BoundaryError::NamedTwice { name: name.to_string() });
-    }
-    match asked.iter().find(|name| !own.contains(name)) {
-        Some(name) => Err(unknown_body(own, name)),
-        None => Ok(()),
     }
 }
 

@@ -161,16 +161,12 @@ impl<const D: usize> Condition<D> {
 
     /// What messages call one of its directions.
     pub(crate) fn label(&self, direction: &Direction<D>) -> String {
-        label(self.name.as_deref(), direction, matches!(self.place.spot, super::place::Spot::Point(_)), &self.place)
-    }
-}
-
-/// What messages call a direction of a condition of a name at a place.
-fn label(name: Option<&str>, direction: &dyn fmt::Display, at_point: bool, place: &dyn fmt::Display) -> String {
-    let at = if at_point { "at" } else { "on" };
-    match name {
-        Some(name) => format!("{name} ({direction} {at} {place})"),
-        None => format!("{direction} {at} {place}"),
+        let at = if matches!(self.place.spot, super::place::Spot::Point(_)) { "at" } else { "on" };
+        let what = format!("{direction} {at} {}", self.place);
+        match &self.name {
+            Some(name) => format!("{name} ({what})"),
+            None => what,
+        }
     }
 }
 

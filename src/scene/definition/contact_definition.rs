@@ -2,16 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::contact::{ContactSurface, Interference, Obstacle, PairContact, RigidContact, Trace, validate};
+use crate::contact::{ContactLaw, ContactSurface, Interference, Obstacle, PairContact, RigidContact, validate};
 use crate::each::Each;
 use crate::error::{Error, GeometryError};
 use crate::geometry::{Point, Vec3, unit};
 use crate::term::View;
 
 use super::place::Place;
-
-/// Called for each direction in which contact blocks motion: the trace function, one of the other part, its place, the direction.
-type BarVisitor<'a> = dyn FnMut(&Trace, Option<&Trace>, &Vec3, &Vec3) + 'a;
 
 /// A part of the body and the rigid surface that it may touch.
 #[derive(Clone)]
@@ -79,22 +76,21 @@ impl<const D: usize> ContactPair<D> {
 
     /// Refuses coefficients and stages that are none.
     pub(super) fn validate(&self) -> Result<(), Error> {
-        validate_pair(self.friction, self.interference.as_ref(), self.second.is_none(), &self.name)
+        validate(self.friction, self.interference.as_ref(), &format!("contact {}", self.name))?;
+        ensure!(
+            self.interference.is_none() || self.second.is_some(),
+            GeometryError::Unsuited { what: "interference of a part with itself", needed: "two parts of the boundary" }
+        );
+        Ok(())
     }
 }
 
-fn validate_pair(
-    friction: f64,
-    interference: Option<&Interference>,
-    with_itself: bool,
-    name: &str,
-) -> Result<(), Error> {
-    validate(friction, interference, &format!("contact {name}"))?;
-    ensure!(
-        interference.is_none() || !with_itself,
-        GeometryError::Unsuited { what: "interference of a part with itself", needed: "two parts of the boundary" }
-    );
-    Ok(())
+/// A direction in which contact bars the motion of a particle at its undeformed place, against that of another one where there is one.
+pub(crate) struct Barred {
+    pub particle: usize,
+    pub other: Option<usize>,
+    pub at: Vec3,
+    pub direction: Vec3,
 }
 
 /// A contact in a problem.
@@ -129,20 +125,20 @@ impl Law {
         }
     }
 
-    pub(crate) fn has_friction(&self) -> bool {
+    fn law(&self) -> &ContactLaw {
         match self {
-            Law::Rigid(law) => law.law.has_friction(),
-            Law::Pair(law, _) => law.law.has_friction(),
+            Law::Rigid(law) => &law.law,
+            Law::Pair(law, _) => &law.law,
         }
+    }
+
+    pub(crate) fn has_friction(&self) -> bool {
+        self.law().has_friction()
     }
 
     /// Condensed unknowns of a trace function, and how many of these there are.
     pub(crate) fn unknowns(&self) -> (usize, usize) {
-        let law = match self {
-            Law::Rigid(law) => &law.law,
-            Law::Pair(law, _) => &law.law,
-        };
-        (law.stride(), self.surfaces()[0].traces.len())
+        (self.law().stride(), self.surfaces()[0].traces.len())
     }
 
     /// The node of the unknowns of a surface that is pushed or free to turn.
@@ -150,31 +146,31 @@ impl Law {
         self.rigid()?.rigid_dof.map(|node| node as usize)
     }
 
-    /// Visits the trace functions with one of the opposite part, their undeformed places and the directions in which the contact blocks
-    /// motion there: vectors whose squares, over the directions that are blocked alike, add up to one. Without friction, or where it
-    /// is not to count, that is the normal direction. The direction in which a surface is pushed is left out, and so is contact within one part.
-    /// A surface that turns freely is treated as one that does not turn.
-    pub(crate) fn bars(&self, rest: &[f64], friction: bool, visit: &mut BarVisitor<'_>) {
-        let (surface, opposite) = match self.surfaces() {
-            [surface, other] => (surface, other.traces.first()),
+    /// The directions in which the contact blocks motion, at each trace function: vectors whose squares, over the directions that are
+    /// blocked alike, add up to one. Without friction, or where it is not to count, that is the normal direction. The direction in which a
+    /// surface is pushed is left out, and so is contact within one part. A surface that turns freely is treated as one that does not turn.
+    pub(crate) fn bars(&self, rest: &[f64], friction: bool) -> Vec<Barred> {
+        let (surface, other) = match self.surfaces() {
+            [surface, other] => (surface, other.traces.first().map(|trace| trace.particle as usize)),
             surfaces => (&surfaces[0], None),
         };
-        let rigid = self.rigid();
-        if rigid.is_none() && opposite.is_none() {
-            return;
+        let (rigid, mut barred) = (self.rigid(), Vec::new());
+        if rigid.is_none() && other.is_none() {
+            return barred;
         }
         let view = View { displacement: rest, condensed: &[], load: 0.0 };
         let free = rigid.and_then(|law| law.surface.free_direction());
         let total: f64 = surface.traces.summed(|trace| trace.area);
         for (k, trace) in surface.traces.iter().enumerate() {
-            let mut x = Vec3::zeros();
+            let mut at = Vec3::zeros();
             for &(point, weight) in &trace.points {
-                x += surface.table.positions[point as usize] * (weight / trace.area);
+                at += surface.table.positions[point as usize] * (weight / trace.area);
             }
             let share = (trace.area / total).sqrt();
             let mut less = |direction: Vec3| {
                 let along = free.map_or_else(Point::zeros, |free| free * direction.dot(&free));
-                visit(trace, opposite, &x, &((direction - along) * share));
+                let (particle, direction) = (trace.particle as usize, (direction - along) * share);
+                barred.push(Barred { particle, other, at, direction });
             };
             match rigid {
                 _ if friction && self.has_friction() => {
@@ -184,5 +180,6 @@ impl Law {
                 None => less(surface.normal(trace)),
             }
         }
+        barred
     }
 }

@@ -85,38 +85,15 @@ impl<const D: usize> Place<D> {
 
 impl<const D: usize> fmt::Display for Place<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.spot.described().write(f, !self.within.is_empty(), self.of.as_deref())
-    }
-}
-
-/// A spot with a point of any dimension.
-pub(super) enum Described<'a> {
-    Part(&'a Part),
-    Point(&'a [f64]),
-    Body,
-}
-
-impl<const D: usize> Spot<D> {
-    pub(super) fn described(&self) -> Described<'_> {
-        match self {
-            Spot::Part(part) => Described::Part(part),
-            Spot::Point(at) => Described::Point(at.as_slice()),
-            Spot::Body => Described::Body,
-        }
-    }
-}
-
-impl Described<'_> {
-    fn write(&self, f: &mut fmt::Formatter<'_>, some: bool, of: Option<&str>) -> fmt::Result {
-        if some {
+        if !self.within.is_empty() {
             write!(f, "some of ")?;
         }
-        match self {
-            Described::Part(part) => write!(f, "{part}")?,
-            Described::Point(at) => write!(f, "{at:?}")?,
-            Described::Body => write!(f, "the body")?,
+        match &self.spot {
+            Spot::Part(part) => write!(f, "{part}")?,
+            Spot::Point(at) => write!(f, "{:?}", at.as_slice())?,
+            Spot::Body => write!(f, "the body")?,
         }
-        match of {
+        match &self.of {
             Some(body) => write!(f, " of {body}"),
             None => Ok(()),
         }

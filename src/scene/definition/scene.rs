@@ -121,23 +121,15 @@ impl<const D: usize> Scene<D> {
         Scene { bodies: vec![first], ..Scene::assembly(kinematics) }
     }
 
-    /// The body of a scene of one.
-    fn only(&self) -> Option<&BodyOf<D>> {
-        self.bodies.first().filter(|_| self.bodies.len() == 1)
-    }
-
     /// The lengths of the domain's sides \[length\]; none where the cells were given.
     pub(crate) fn side_lengths(&self) -> Option<[f64; D]> {
-        match &self.only()?.source {
-            Source::Domain(domain) => Some(edge_lengths(&**domain)),
-            _ => None,
-        }
+        self.domain().map(|domain| edge_lengths(&*domain))
     }
 
     /// The domain; none where the cells were given.
     pub(crate) fn domain(&self) -> Option<Arc<dyn Domain<D>>> {
-        match &self.only()?.source {
-            Source::Domain(domain) => Some(domain.clone()),
+        match &self.bodies[..] {
+            [BodyOf { source: Source::Domain(domain), .. }] => Some(domain.clone()),
             _ => None,
         }
     }
@@ -161,14 +153,13 @@ impl<const D: usize> Scene<D> {
             let remedy = "each body has a certificate of its own: give it a scene of one body";
             return Err(Incompatible::new(certificate, "a scene of several bodies", remedy));
         }
-        let scene = self.clone();
         Ok(Scene {
             conditions: Vec::new(),
             loads: Vec::new(),
             contacts: Vec::new(),
             contact_pairs: Vec::new(),
             rigids: Vec::new(),
-            ..scene
+            ..self.clone()
         })
     }
 
@@ -320,9 +311,7 @@ impl<const D: usize> Scene<D> {
         });
         self
     }
-}
 
-impl<const D: usize> Scene<D> {
     /// The displacements with which that many unknowns of particles begin; nothing in a first stage.
     pub(crate) fn moved(&self, unknowns: usize) -> &[f64] {
         self.started.as_ref().and_then(|(_, moved)| moved.get(..unknowns)).unwrap_or_default()

@@ -11,27 +11,8 @@ use super::condition::{Condition, Direction};
 use super::load::{Load, LoadKind};
 use super::place::{Place, Spot};
 use super::scene::Scene;
+use super::source::BodyOf;
 use super::value::Value;
-
-/// What is checked of a load.
-struct LoadData<'a> {
-    label: String,
-    amplitude: &'a Amplitude,
-    kind: Kind,
-    on_part: bool,
-    /// Its components, where it is the same everywhere.
-    constant: Vec<f64>,
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Kind {
-    /// Per area or volume.
-    Dead,
-    Total,
-    Moment,
-    Pressure,
-    Integrand,
-}
 
 impl<const D: usize> Scene<D> {
     /// Refuses conditions and loads that no scheme could serve.
@@ -62,28 +43,23 @@ impl<const D: usize> Scene<D> {
             )
             .into());
         }
-        let loads = self.loads.mapped(load_data);
-        loads.iter().try_for_each(|load| load.validate(D))?;
+        self.loads.iter().try_for_each(check_load)?;
         parts_of_rigid_bodies(self)?;
-        sizes(&self.bodies.mapped(|body| (&*body.name, &*body.material)), &loads)?;
+        sizes(self)?;
         contacts(self)?;
         crate::kinematics::hoop_components(&*self.kinematics)?;
         Ok(())
     }
 }
 
-fn load_data<const D: usize>(load: &Load<D>) -> LoadData<'_> {
-    let (kind, constant) = match &load.kind {
-        LoadKind::Dead(Value::Constant(force)) => (Kind::Dead, force.to_vec()),
-        LoadKind::Dead(_) => (Kind::Dead, Vec::new()),
-        LoadKind::Total(force) => (Kind::Total, force.to_vec()),
-        LoadKind::Moment(moment) => (Kind::Moment, moment.to_vec()),
-        LoadKind::Pressure(Value::Constant(pressure)) => (Kind::Pressure, vec![*pressure]),
-        LoadKind::Pressure(_) => (Kind::Pressure, Vec::new()),
-        LoadKind::Integrand(_) => (Kind::Integrand, Vec::new()),
-    };
-    let on_part = matches!(load.place.spot, Spot::Part(_));
-    LoadData { label: load.label(), amplitude: &load.amplitude, kind, on_part, constant }
+/// The components of a load, where it is the same everywhere.
+fn constant<const D: usize>(load: &Load<D>) -> &[f64] {
+    match &load.kind {
+        LoadKind::Dead(Value::Constant(force)) | LoadKind::Total(force) => force,
+        LoadKind::Moment(moment) => moment,
+        LoadKind::Pressure(Value::Constant(pressure)) => std::slice::from_ref(pressure),
+        LoadKind::Dead(_) | LoadKind::Pressure(_) | LoadKind::Integrand(_) => &[],
+    }
 }
 
 /// Refuses components that there are not and values that are no numbers.
@@ -95,38 +71,41 @@ fn prescribed(dim: usize, what: String, component: usize, value: f64) -> Result<
     Ok(())
 }
 
-impl LoadData<'_> {
-    fn validate(&self, dim: usize) -> Result<(), Error> {
-        self.amplitude.validate(|| self.label.clone())?;
-        self.followed(dim)?;
-        ensure!(
-            self.kind != Kind::Pressure || self.on_part,
-            GeometryError::Unsuited {
-                what: "a pressure on a point or on the whole body",
-                needed: "a part of the boundary, whose normal it has: put it there"
-            }
-        );
-        is_finite(self.amplitude, &self.label)?;
-        if let Some(value) = not_finite(&self.constant) {
-            return Err(BoundaryError::Value { what: self.label.clone(), value, load: 1.0 }.into());
+fn check_load<const D: usize>(load: &Load<D>) -> Result<(), Error> {
+    let label = load.label();
+    load.amplitude.validate(|| label.clone())?;
+    followed(load)?;
+    ensure!(
+        !matches!(load.kind, LoadKind::Pressure(_)) || is_on_part(load),
+        GeometryError::Unsuited {
+            what: "a pressure on a point or on the whole body",
+            needed: "a part of the boundary, whose normal it has: put it there"
         }
-        Ok(())
+    );
+    is_finite(&load.amplitude, &label)?;
+    match not_finite(constant(load)) {
+        Some(value) => Err(BoundaryError::Value { what: label, value, load: 1.0 }.into()),
+        None => Ok(()),
     }
+}
 
-    /// Refuses what a load of this kind would leave out: an amplitude of springs, a moment out of the plane.
-    fn followed(&self, dim: usize) -> Result<(), Incompatible> {
-        match (self.kind, &self.constant[..]) {
-            (Kind::Integrand, _) if *self.amplitude != Amplitude::Ramp => {
-                let remedy = "springs act in full from the start and an integrand sees the load factor itself: leave Load::amplitude out";
-                Err(Incompatible::new("an amplitude", format!("the {}", self.label), remedy))
-            }
-            (Kind::Moment, &[x, y, _]) if dim < 3 && [x, y] != [0.0; 2] => {
-                let remedy = "in the plane only the third component acts: give [0.0, 0.0, moment]";
-                let what = format!("the {} with components {x} and {y}", self.label);
-                Err(Incompatible::new(what, "a planar body", remedy))
-            }
-            _ => Ok(()),
+fn is_on_part<const D: usize>(load: &Load<D>) -> bool {
+    matches!(load.place.spot, Spot::Part(_))
+}
+
+/// Refuses what a load of its kind would leave out: an amplitude of springs, a moment out of the plane.
+fn followed<const D: usize>(load: &Load<D>) -> Result<(), Incompatible> {
+    match load.kind {
+        LoadKind::Integrand(_) if load.amplitude != Amplitude::Ramp => {
+            let remedy = "springs act in full from the start and an integrand sees the load factor itself: leave Load::amplitude out";
+            Err(Incompatible::new("an amplitude", format!("the {}", load.label()), remedy))
         }
+        LoadKind::Moment([x, y, _]) if D < 3 && [x, y] != [0.0; 2] => {
+            let remedy = "in the plane only the third component acts: give [0.0, 0.0, moment]";
+            let what = format!("the {} with components {x} and {y}", load.label());
+            Err(Incompatible::new(what, "a planar body", remedy))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -213,9 +192,9 @@ const STIFFEST: f64 = 1e12;
 const LARGEST_LOAD: f64 = 1e3;
 
 /// Refuses laws and loads whose sizes can't be meant.
-fn sizes(bodies: &[(&str, &dyn Material)], loads: &[LoadData<'_>]) -> Result<(), Error> {
+fn sizes<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
     let mut stiffest: f64 = 0.0;
-    for (name, material) in bodies {
+    for BodyOf { name, material, .. } in &scene.bodies {
         material.validate()?;
         let (shear, bulk) = (material.initial_moduli().shear, material.initial_moduli().bulk);
         stiffest = stiffest.max(shear).max(bulk);
@@ -236,15 +215,16 @@ fn sizes(bodies: &[(&str, &dyn Material)], loads: &[LoadData<'_>]) -> Result<(),
             )
         );
     }
-    for load in loads.iter().filter(|load| load.on_part && matches!(load.kind, Kind::Dead | Kind::Pressure)) {
-        let size = match &load.constant[..] {
+    let distributed = |load: &&Load<D>| matches!(load.kind, LoadKind::Dead(_) | LoadKind::Pressure(_));
+    for load in scene.loads.iter().filter(distributed).filter(|load| is_on_part(load)) {
+        let size = match constant(load) {
             [one] => one.abs(),
             all => all.summed(|t| t * t).sqrt(),
         };
         ensure!(
             !(size > LARGEST_LOAD * stiffest),
             Invalid::new(
-                format!("{} over the stiffest modulus", load.label),
+                format!("{} over the stiffest modulus", load.label()),
                 size / stiffest,
                 "nothing elastic carries more than a thousand times its stiffest modulus: check the units"
             )

@@ -9,7 +9,7 @@ use crate::error::{Error, GeometryError};
 
 use crate::scene::{ApproximationChoice, BodyCells, BodyOf, PressureScheme, Rule, Scene, Scheme, Source, counts};
 
-use super::checked::checked_cells;
+use super::checked::check_cells;
 use super::{overlap, unused};
 
 impl<const D: usize> Scene<D> {
@@ -47,7 +47,10 @@ fn cells_of<const D: usize>(
             super::space::refuse(scene, &scheme, &**domain, &counts)?;
             Arc::new(Lattice::new(&**domain, counts, &layout(&scheme, counts))?)
         }
-        Source::Cells(cells) => checked_cells(cells.clone())?,
+        Source::Cells(cells) => {
+            check_cells(&**cells)?;
+            cells.clone()
+        }
         Source::Scattered(scatter) => scatter(&scheme)?,
         Source::Mesh(mesh) => {
             let rigid = scene.rigid_volumes(&body.name, mesh, None);

@@ -97,7 +97,7 @@ fn bondable<const D: usize>(
 ) -> Result<[BoundaryCells<D>; 2], Error> {
     let boundary = |body: usize, part: &Part| {
         let rule = rules[body];
-        discrete_bodies[body].cells.boundary(part, rule.parts, rule.gauss)
+        discrete_bodies[body].cells.facets(part, rule.parts, rule.gauss)
     };
     let mut boundaries = [boundary(pair[0], &Part::Whole)?, boundary(pair[1], &Part::Whole)?];
     for contact in scene.contact_pairs.iter().chain(&scene.released) {

@@ -11,7 +11,7 @@ use crate::shape::Approximation;
 use crate::solve::Analysis;
 use crate::term::Body;
 
-use super::checked::{CheckedFunctions, checked_cells};
+use super::checked::{CheckedFunctions, check_cells};
 use super::conditions::Placed;
 use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
@@ -69,7 +69,8 @@ impl<const D: usize> Problem<D> {
                 "make both over the same particles in the same order: fields are drawn and averaged by their numbers";
             return Err(Invalid::new(what, apart(&node), needed).into());
         }
-        let (cells, body) = (checked_cells(Arc::new(cells))?, Arc::new(body));
+        check_cells(&cells)?;
+        let (cells, body) = (Arc::new(cells), Arc::new(body));
         let mut model = Model::new(approximation.nodes());
         model.add_shared(body.clone());
         let each = if D == 1 { 1 } else { 2 };

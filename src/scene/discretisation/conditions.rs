@@ -154,7 +154,7 @@ fn normals<const D: usize>(
     if !matches!(direction, Direction::Normal) {
         return Ok(Vec::new());
     }
-    let normals = cells.boundary(part, 1, 2)?.normals_at_particles();
+    let normals = cells.facets(part, 1, 2)?.normals_at_particles();
     let normal = |particle: &usize| normals.get(&(*particle as u32)).map_or_else(Point::zeros, padded);
     Ok(particles.mapped(normal))
 }
@@ -210,7 +210,7 @@ impl<const D: usize> Conditioned<'_, D> {
         let (Spot::Part(part), Some(facets)) = (&single.place.spot, self.facets) else {
             return Ok(Request { single, over: None });
         };
-        let mut particles: Vec<usize> = self.cells.boundary_nodes(part)?;
+        let mut particles: Vec<usize> = self.cells.particles_on(part)?;
         particles.retain(|&particle| single.place.holds(&self.cells.positions()[particle]));
         stays_off_axis(self.scene, &single, self.cells, &particles)?;
         let pieces = self.pieces(&single, part, facets, None)?;
@@ -237,7 +237,7 @@ impl<const D: usize> Conditioned<'_, D> {
         };
         let within = (!single.place.within.is_empty()).then_some(&holds as _);
         let choice = TraceChoice { within, facing: Some(&facing), without };
-        let pieces = self.cells.boundary_pieces_for(part, facets.parts, facets.gauss, &choice)?;
+        let pieces = self.cells.pieces(part, facets.parts, facets.gauss, &choice)?;
         Ok(pieces.mapped(BoundaryCells::padded))
     }
 
@@ -287,7 +287,7 @@ impl<const D: usize> Conditioned<'_, D> {
     ) -> Result<(), Error> {
         let (cells, place) = (self.cells, single.place);
         let mut nodes = match &place.spot {
-            Spot::Part(part) => cells.boundary_nodes(part)?,
+            Spot::Part(part) => cells.particles_on(part)?,
             Spot::Point(at) => vec![particle_at(cells, at, &single.what.label)?],
             Spot::Body => (0..cells.positions().len()).collect(),
         };
@@ -324,7 +324,7 @@ impl<const D: usize> Conditioned<'_, D> {
         for (number, place) in mine {
             // Parts that don't exist are refused with their own condition.
             let Spot::Part(part) = &place.spot else { continue };
-            let Ok(particles) = cells.boundary_nodes(part) else { continue };
+            let Ok(particles) = cells.particles_on(part) else { continue };
             let held = particles.into_iter().filter(|&particle| place.holds(&cells.positions()[particle]));
             parts.push((&self.scene.conditions[*number], place, part, held.collect::<HashSet<usize>>()));
         }
@@ -365,14 +365,19 @@ fn empty<const D: usize>(cells: &dyn Cells<D>, part: &Part, single: &Single<'_, 
             "return them from Cells::boundary and Cells::boundary_nodes, or an error where there is no such part";
         return Ok(Incompatible::new(label.to_string(), "cells without facets or particles there", remedy).into());
     }
-    let nearest = cells.boundary_nodes(part)?.first().map(|&node| cells.positions()[node].as_slice().to_vec());
+    let nearest = cells.particles_on(part)?.first().map(|&node| cells.positions()[node].as_slice().to_vec());
     Ok(BoundaryError::Empty { what: label.to_string(), nearest: nearest.unwrap_or_default() }.into())
+}
+
+/// The particle that is nearest to a point.
+pub(super) fn nearest_particle<const D: usize>(cells: &dyn Cells<D>, at: &Point<D>) -> usize {
+    let distance = |node: usize| (cells.positions()[node] - at).norm();
+    (0..cells.positions().len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
 }
 
 /// The particle that lies at a point, to a thousandth of its spacing along each axis.
 pub(crate) fn particle_at<const D: usize>(cells: &dyn Cells<D>, at: &Point<D>, label: &str) -> Result<usize, Error> {
-    let distance = |node: usize| (cells.positions()[node] - at).norm();
-    let nearest = (0..cells.positions().len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
+    let nearest = nearest_particle(cells, at);
     let (offset, spacings) = (cells.positions()[nearest] - at, cells.spacings(nearest));
     if (0..D).all(|i| offset[i].abs() <= 1e-3 * spacings[i]) {
         Ok(nearest)

@@ -31,12 +31,6 @@ pub(crate) fn rigid_dof_count<const D: usize>(scene: &Scene<D>) -> usize {
     scene.contacts.iter().filter(|contact| contact.surface.is_free()).count()
 }
 
-/// Places of the nodes of surfaces that are pushed or free to turn, behind those of the particles.
-pub(crate) fn rigid_dofs<const D: usize>(scene: &Scene<D>, positions: &[Point<3>]) -> Vec<Point<3>> {
-    let pushed = scene.contacts.iter().filter(|contact| contact.surface.is_free());
-    pushed.filter_map(|_| positions.last().copied()).collect()
-}
-
 /// Where the contact surfaces of a scene come from: its bodies.
 struct Bodies<'a, const D: usize> {
     scene: &'a Scene<D>,
@@ -189,7 +183,7 @@ impl<const D: usize> Bodies<'_, D> {
                 (cells, ShapeTable::of_elements(&elements, &points, kinematics)?)
             }
             _ => {
-                let whole = discrete_body.cells.contact_boundary(part, rule.parts, rule.gauss)?;
+                let whole = discrete_body.cells.contact_facets(part, rule.parts, rule.gauss)?;
                 let cells = whole.within(&|x| at.holds(x));
                 let table = ShapeTable::new(&*discrete_body.approximation, &cells.points, kinematics)?;
                 (cells, table)

@@ -71,7 +71,7 @@ pub(crate) fn approximation<const D: usize>(
 
 /// Middles and outward normals of boundary facets; none where a body has no boundary.
 pub(crate) fn facets<const D: usize>(cells: &dyn Cells<D>) -> Vec<(Point<D>, Point<D>)> {
-    let Ok(points) = cells.boundary_points(&Part::Whole, 1, 1) else { return Vec::new() };
+    let Ok(points) = cells.facet_points(&Part::Whole, 1, 1) else { return Vec::new() };
     points.positions.into_iter().zip(points.normals).collect()
 }
 
@@ -93,7 +93,7 @@ fn places<const D: usize>(cells: &dyn Cells<D>, order: u8) -> Result<Vec<Point<D
     // Those of the default rule, where weak constraint equations and sub-cells ask for them.
     let per_direction = 2 + usize::from(order > 1);
     // Facets of meshes in space are divided in two at most.
-    places.extend(cells.boundary_points(&Part::Whole, per_direction.min(2), per_direction)?.positions);
+    places.extend(cells.facet_points(&Part::Whole, per_direction.min(2), per_direction)?.positions);
     Ok(places)
 }
 

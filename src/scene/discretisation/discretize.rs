@@ -17,12 +17,12 @@ use crate::material::Material;
 use crate::order;
 use crate::solve::Analysis;
 use crate::table::ShapeTable;
-use crate::term::{FollowerPressure, Pointwise};
+use crate::term::{FollowerPressure, Integrand, Pointwise};
 
 use super::body_cells::all_cells;
 use super::bond::bond_all;
 use super::conditions::{Refused, particle_at};
-use super::contact::{contact_definition, hold_free, rigid_dof_count, rigid_dofs};
+use super::contact::{contact_definition, hold_free, rigid_dof_count};
 use super::discrete_body::DiscreteBody;
 use super::elements::elements;
 use super::neutral::hold_rolling;
@@ -139,21 +139,20 @@ fn add_load<const D: usize>(
 ) {
     let amplitude = load.amplitude.clone();
     let varying = |value: &Value<D>| Varying { value: value.clone(), amplitude: amplitude.clone() };
-    match (&load.kind, sheet) {
-        (LoadKind::Dead(Value::Constant(force)), _) => model.add(Pointwise::new(table, dead(force, &amplitude))),
-        (LoadKind::Dead(value), _) => model.add(Pointwise::new(table, Varying { value: value.clone(), amplitude })),
-        (LoadKind::Total(force), _) => model.add(Pointwise::new(table, dead(&force.each(|f| f / measure), &amplitude))),
+    let integrand: Arc<dyn Integrand> = match (&load.kind, sheet) {
+        (LoadKind::Dead(Value::Constant(force)), _) => Arc::new(dead(force, &amplitude)),
+        (LoadKind::Dead(value), _) => Arc::new(Varying { value: value.clone(), amplitude }),
+        (LoadKind::Total(force), _) => Arc::new(dead(&force.each(|f| f / measure), &amplitude)),
         (LoadKind::Pressure(Value::Constant(pressure)), None) => {
-            model.add(Pointwise::new(table, FollowerPressure { pressure: *pressure, amplitude }))
+            Arc::new(FollowerPressure { pressure: *pressure, amplitude })
         }
-        (LoadKind::Pressure(value), None) => model.add(Pointwise::new(table, varying(value))),
-        (LoadKind::Pressure(value), Some(sheet)) => {
-            model.add(Pointwise::new(table, OnSheet { load: varying(value), sheet }))
-        }
-        (LoadKind::Integrand(integrand), _) => model.add(Pointwise::shared(table, integrand.clone())),
+        (LoadKind::Pressure(value), None) => Arc::new(varying(value)),
+        (LoadKind::Pressure(value), Some(sheet)) => Arc::new(OnSheet { load: varying(value), sheet }),
+        (LoadKind::Integrand(integrand), _) => integrand.clone(),
         // Refused with its table.
-        (LoadKind::Moment(_), _) => model,
+        (LoadKind::Moment(_), _) => return,
     };
+    model.add(Pointwise::shared(table, integrand));
 }
 
 /// Adds the loads over their tables, each with its number in the scene: their terms, in the order of the scene.
@@ -197,7 +196,10 @@ fn finish<const D: usize>(
         positions.extend(body.discrete_body.cells.positions().iter().map(padded::<D, 3>));
     }
     let particles = positions.len();
-    positions.extend(rigid_dofs(scene, &positions));
+    // The nodes of surfaces that are pushed or free to turn stand behind those of the particles, and where the last of these is.
+    if let Some(&last) = positions.last() {
+        positions.resize(particles + rigid_dof_count(scene), last);
+    }
     let (mut equations, mut placed, mut ties, mut krylov) = (Constraints::default(), Vec::new(), Vec::new(), None);
     let (mut discrete_bodies, mut rules, mut tables) = (Vec::new(), Vec::new(), Vec::new());
     for BuiltBody { discrete_body, facets, equations: own, placed: mine, loads, ties: tied, krylov: own_krylov } in
@@ -226,19 +228,16 @@ fn finish<const D: usize>(
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
     }
-    for discrete_body in &discrete_bodies {
-        model.add_shared(discrete_body.body.clone());
-    }
+    discrete_bodies.iter().for_each(|own| _ = model.add_shared(own.body.clone()));
     let loads = sharing.agreed(add_loads(scene, tables, &discrete_bodies, sharing, &mut model))?;
     let modulus =
         |discrete_body: &DiscreteBody<D>| discrete_body.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
     let shear = |discrete_body: &DiscreteBody<D>| discrete_body.body.material().initial_moduli().shear;
     let turned = scene.kinematics.hoop_components().is_empty();
     for frame in frames.iter_mut().filter(|_| turned) {
-        let stiffest = discrete_bodies.largest(modulus);
         frame.rigidity = Some(model.terms().len());
-        let shear = discrete_bodies.largest(shear);
-        model.add_replicated(Arc::new(frame.stay(stiffest, shear)));
+        let rigidity = frame.stay(discrete_bodies.largest(modulus), discrete_bodies.largest(shear));
+        model.add_replicated(Arc::new(rigidity));
     }
     for load in &scene.loads {
         if let Some((number, point)) = scene.rigid_at(&scene.resolve(&load.place)) {

@@ -9,7 +9,7 @@ use crate::term::{Body, PressureField};
 
 use super::conditions::{Prescribed, Refused};
 use super::facet_rule::{FacetRule, Facets};
-use super::one_body::{BodyInput, BuiltBody, FINER, Tables, clocked, expanding, load_tables, material};
+use super::one_body::{BodyInput, BuiltBody, FINER, Tables, load_tables};
 use super::rule::lattice_of;
 use crate::scene::{ConstraintKind, PressureScheme, Rule};
 
@@ -51,8 +51,7 @@ pub(crate) fn elements<const D: usize>(
     let body = || {
         let table = ShapeTable::of_elements(&elements, &elements.gauss_in(points, &own)?, kinematics)?;
         // Q1/P0 and Q2/P1 as the literature has them: all of the volumetric energy projected.
-        let law = material(scene, &definition.body.material);
-        clocked(scene, Body::zonal(definition.among_all(expanding(scene, table)?), law, field, 0.0))
+        definition.body_of(table, |table, law| Body::zonal(table, law, field, 0.0))
     };
     let body = sharing.agreed(body())?;
     let tables = Tables {

@@ -31,6 +31,7 @@ pub(crate) struct Face {
 }
 
 /// Middle, mean normal, size and shape of each facet.
+#[derive(Default)]
 struct Facets {
     dim: usize,
     middles: Vec<Vec3>,
@@ -44,8 +45,7 @@ struct Facets {
 
 impl Facets {
     fn of(dim: usize, cells: &BoundaryCells<3>) -> Self {
-        let (middles, normals, sizes, shapes) = Default::default();
-        let mut facets = Facets { dim, middles, normals, sizes, longest: 0.0, shapes };
+        let mut facets = Facets { dim, ..Facets::default() };
         for group in cells.points.groups.windows(2) {
             let range = group[0]..group[1];
             let (positions, weights) = (&cells.points.positions[range.clone()], &cells.points.weights[range.clone()]);

@@ -66,6 +66,18 @@ impl<const D: usize> BodyInput<'_, D> {
         if self.first == 0 && table.node_count() == self.total { table } else { table.shifted(self.first, self.total) }
     }
 
+    /// The body of a table and of its material as the kinematics moves it, with the scene's free expansion and its clock.
+    pub(crate) fn body_of(
+        &self,
+        table: ShapeTable<D>,
+        of: impl FnOnce(ShapeTable<D>, Arc<dyn Material>) -> Body<D>,
+    ) -> Result<Body<D>, Error> {
+        let (scene, own) = (self.scene, self.body.material.clone());
+        let law: Arc<dyn Material> =
+            if scene.kinematics.is_plane_stress() { Arc::new(FreeThickness(own)) } else { own };
+        clocked(scene, of(self.among_all(expanding(scene, table)?), law))
+    }
+
     /// The equations of the conditions on the body and of its parts tied to rigid ones.
     pub(crate) fn prescribed(
         &self,
@@ -94,11 +106,6 @@ impl<const D: usize> BodyInput<'_, D> {
     }
 }
 
-/// The material as the kinematics moves it.
-pub(crate) fn material<const D: usize>(scene: &Scene<D>, own: &Arc<dyn Material>) -> Arc<dyn Material> {
-    if scene.kinematics.is_plane_stress() { Arc::new(FreeThickness(own.clone())) } else { own.clone() }
-}
-
 /// The table of the body, with the scene's free expansion.
 pub(crate) fn expanding<const D: usize>(scene: &Scene<D>, table: ShapeTable<D>) -> Result<ShapeTable<D>, Error> {
     match &scene.expansion {
@@ -108,7 +115,7 @@ pub(crate) fn expanding<const D: usize>(scene: &Scene<D>, table: ShapeTable<D>) 
 }
 
 /// A body with the clock of the scene.
-pub(crate) fn clocked<const D: usize>(scene: &Scene<D>, body: Body<D>) -> Result<Body<D>, Error> {
+fn clocked<const D: usize>(scene: &Scene<D>, body: Body<D>) -> Result<Body<D>, Error> {
     let Some(clock) = &scene.clock else { return Ok(body) };
     clock.validate(|| "the clock of the scene".into())?;
     const LOOKS: usize = 64;
@@ -131,7 +138,7 @@ fn empty<const D: usize>(definition: &BodyInput<'_, D>, what: String, place: &Pl
         _ => Part::Whole,
     };
     let positions = definition.cells.positions();
-    let nodes = definition.cells.boundary_nodes(&part).unwrap_or_default();
+    let nodes = definition.cells.particles_on(&part).unwrap_or_default();
     let Bounds { low, high } = Bounds::of(nodes.iter().map(|&node| &positions[node]));
     BoundaryError::NoFacet { what, low: low.as_slice().to_vec(), high: high.as_slice().to_vec() }
 }

@@ -9,7 +9,7 @@ use crate::term::Body;
 use super::approximation::covering;
 use super::conditions::{Prescribed, Refused};
 use super::facet_rule::Facets;
-use super::one_body::{BodyInput, BuiltBody, FINER, Tables, clocked, expanding, load_tables, material};
+use super::one_body::{BodyInput, BuiltBody, FINER, Tables, load_tables};
 use super::rule::body_table;
 use super::thin_walls;
 use crate::scene::ConstraintKind;
@@ -25,8 +25,8 @@ pub(crate) fn particles<const D: usize>(
     let kinematics = &*scene.kinematics;
     let sharing = definition.sharing;
     let body = body_table(definition, &approximation).and_then(|(table, facets, field, zone)| {
-        let (table, law) = (definition.among_all(expanding(scene, table)?), material(scene, &definition.body.material));
-        Ok((clocked(scene, Body::projecting(table, law, field, scheme.measure))?, facets, zone))
+        let body = definition.body_of(table, |table, law| Body::projecting(table, law, field, scheme.measure))?;
+        Ok((body, facets, zone))
     });
     let (mut body, facets, zone) = sharing.agreed(body)?;
     let over_boundary = match scheme.constraint_kind {
@@ -37,7 +37,7 @@ pub(crate) fn particles<const D: usize>(
     let rule = over_boundary.then_some(facets);
     let Prescribed { equations, placed, ties } = definition.prescribed(&approximation, rule, refused)?;
     // Of clusters that are zones of cells.
-    let zones = zone.map(|size| sharing.zones(&**cells, cells.zones(size)));
+    let zones = zone.map(|size| sharing.zones(&**cells, cells.zones(size))).transpose()?;
     if let Some(zones) = &zones {
         if let Some(directions) = cells.pressure_directions(zones) {
             body = body.varying_along(&directions);
@@ -45,19 +45,17 @@ pub(crate) fn particles<const D: usize>(
         let free = thin_walls::free::<D>(&equations, cells.positions().len());
         sharing.agreed(thin_walls::refuse(scheme, (&**cells, zones), &body, &free, refused))?;
     }
-    if let Some(fewest) = sharing.fewest(body.fewest()) {
-        body = body.with_fewest(fewest);
-    }
+    let body = sharing.smallest_zones_of(body);
     let tables = Tables {
         boundary: &|part, place| {
             // Where a load ends within a facet, finer ones see it.
             let parts = facets.parts * if place.within.is_empty() { 1 } else { FINER };
-            let points = cells.boundary_points(part, parts, facets.gauss)?;
+            let points = cells.facet_points(part, parts, facets.gauss)?;
             let points = sharing.points(points.retained(|x| place.holds(x)));
             ShapeTable::new(&approximation, &points, kinematics)
         },
         body: &|place| {
-            let zones = sharing.zones(&**cells, Zones::single(cells.cell_count()));
+            let zones = sharing.zones(&**cells, Zones::single(cells.cell_count()))?;
             let points = cells.gauss_in(2 + usize::from(scheme.order > 1), &zones)?;
             ShapeTable::new(&approximation, &points.retained(|x| place.holds(x)), kinematics)
         },

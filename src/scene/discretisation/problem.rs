@@ -6,8 +6,7 @@ use std::sync::Arc;
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::{Cells, Lattice, member};
-use crate::each::Each;
-use crate::error::{ApproximationError, BoundaryError, Error, SolveError};
+use crate::error::{ApproximationError, Error, SolveError};
 use crate::geometry::{Mat3, Point, all_padded};
 use crate::solve::{Analysis, State};
 use crate::term::{Body, Term};
@@ -20,8 +19,8 @@ use crate::scene::{Contact, Load, LoadKind, Place};
 
 /// A discretised scene: model, rows and analysis, and the fields of its states.
 ///
-/// Fields are those of all bodies, one after the other in the order of the scene; [`discrete_body`](Problem::discrete_body) gives a body
-/// alone.
+/// Fields are those of all bodies, one after the other in the order of the scene; [`discrete_bodies`](Problem::discrete_bodies) has them one
+/// by one.
 pub struct Problem<const D: usize> {
     pub(crate) model: Model,
     pub(crate) equations: Constraints,
@@ -85,16 +84,6 @@ impl<const D: usize> Problem<D> {
     /// The bodies.
     pub fn discrete_bodies(&self) -> &[DiscreteBody<D>] {
         &self.discrete_bodies
-    }
-
-    /// The body of a name.
-    ///
-    /// # Errors
-    /// Where none has it, with the names that there are.
-    pub fn discrete_body(&self, name: &str) -> Result<&DiscreteBody<D>, Error> {
-        let known = || self.discrete_bodies.mapped(DiscreteBody::name).join("; ");
-        let unknown = || BoundaryError::UnknownBody { requested: name.to_string(), known: known() };
-        Ok(self.discrete_bodies.iter().find(|discrete_body| discrete_body.name == name).ok_or_else(unknown)?)
     }
 
     /// The first body.

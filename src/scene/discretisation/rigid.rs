@@ -51,7 +51,7 @@ impl<const D: usize> Scene<D> {
             for body in self.bodies_at(&place, &what, all, &|_| true)? {
                 let (cells, parts) = (&all[body].1, if place.within.is_empty() { 1 } else { FINER });
                 let points = match &place.spot {
-                    Spot::Part(part) => cells.boundary_points(part, parts, 2)?,
+                    Spot::Part(part) => cells.facet_points(part, parts, 2)?,
                     Spot::Body => cells.gauss(2)?,
                     Spot::Point(at) => Points::single(*at),
                 };

@@ -38,9 +38,8 @@ pub(crate) fn body_table<const D: usize>(
             // third and fourth order the error of the rule would hide.
             let points = match cells.lattice() {
                 Some(lattice) if scheme.order < 2 => sharing.points(lattice.coarsened(size).gauss(5)?),
-                _ => {
-                    cells.gauss_in(if scheme.order < 2 { 5 } else { FINE }, &sharing.zones(cells, cells.zones(size)))?
-                }
+                _ => cells
+                    .gauss_in(if scheme.order < 2 { 5 } else { FINE }, &sharing.zones(cells, cells.zones(size))?)?,
             };
             let table = ShapeTable::new(approximation, &points, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss: 1 }, field, None))
@@ -80,7 +79,7 @@ pub(crate) fn body_table<const D: usize>(
                 (None, _) => {
                     // Two particles per direction and cell, and two more.
                     let points = points.unwrap_or(4);
-                    (cells.gauss_in(points, &sharing.zones(cells, cells.zones(size)))?, points)
+                    (cells.gauss_in(points, &sharing.zones(cells, cells.zones(size))?)?, points)
                 }
                 // Equal zones of the domain, whatever the particles.
                 (Some(zones), Source::Domain(domain)) => {

@@ -8,6 +8,7 @@ use crate::error::{Error, GeometryError, Incompatible};
 use crate::geometry::{Morton, Point};
 use crate::quadrature::Points;
 use crate::shape::ElementPoints;
+use crate::term::Body;
 
 use crate::scene::{ApproximationChoice, BodyCells, Rule, Scheme};
 
@@ -38,12 +39,14 @@ impl Sharing {
         self.0.clone()
     }
 
-    /// The least of the points of the smallest zones of a body, of those that have any: 0 where none has.
-    pub(crate) fn fewest(&self, mine: usize) -> Option<usize> {
-        let ranks = self.0.as_ref()?;
-        // A rank without zones asks for nothing.
-        let fewest = ranks.least(if mine > 0 { mine as f64 } else { f64::INFINITY });
-        Some(if fewest.is_finite() { fewest as usize } else { 0 })
+    /// A body whose smallest zones are those of all ranks, of those that have any.
+    pub(crate) fn smallest_zones_of<const D: usize>(&self, mut body: Body<D>) -> Body<D> {
+        if let Some(ranks) = &self.0 {
+            // A rank without zones asks for nothing.
+            let fewest = ranks.least(if body.fewest > 0 { body.fewest as f64 } else { f64::INFINITY });
+            body.fewest = if fewest.is_finite() { fewest as usize } else { 0 };
+        }
+        body
     }
 
     /// What this rank has built of its share, where all could build theirs: one that goes on alone waits for the others for ever.
@@ -68,14 +71,24 @@ impl Sharing {
     }
 
     /// This rank's zones.
-    pub(crate) fn zones<const D: usize>(&self, cells: &dyn Cells<D>, zones: Zones) -> Zones {
-        let Some(ranks) = &self.0 else { return zones };
-        let curve = Morton::through(D, cells.positions().iter().map(Point::as_slice));
-        zones.share(ranks.rank(), ranks.count(), |cell| {
-            let corners = cells.corners(cell as usize);
-            let sum: Point<D> = corners.iter().map(|&corner| cells.positions()[corner]).sum();
-            curve.place((sum / corners.len().max(1) as f64).as_slice())
-        })
+    pub(crate) fn zones<const D: usize>(&self, cells: &dyn Cells<D>, zones: Zones) -> Result<Zones, GeometryError> {
+        zones.validate(cells.cell_count())?;
+        Ok(self.share(zones, |zones, rank, count| {
+            let curve = Morton::through(D, cells.positions().iter().map(Point::as_slice));
+            zones.share(rank, count, |cell| {
+                let corners = cells.corners(cell as usize);
+                let sum: Point<D> = corners.iter().map(|&corner| cells.positions()[corner]).sum();
+                curve.place((sum / corners.len().max(1) as f64).as_slice())
+            })
+        }))
+    }
+
+    /// This rank's part of a whole, of which its number and that of all ranks take the part.
+    fn share<T>(&self, whole: T, part: impl FnOnce(&T, usize, usize) -> T) -> T {
+        match &self.0 {
+            Some(ranks) => part(&whole, ranks.rank(), ranks.count()),
+            None => whole,
+        }
     }
 
     /// The smoothing over this rank's zones.
@@ -88,31 +101,22 @@ impl Sharing {
         [parts, gauss]: [usize; 2],
         zones: Zones,
     ) -> Result<Smoothing<D>, GeometryError> {
-        let smoothing = cells.smoothing(parts, gauss, &self.zones(cells, zones))?;
+        let smoothing = cells.smoothing(parts, gauss, &self.zones(cells, zones)?)?;
         Ok(if self.0.is_some() { smoothing.pruned() } else { smoothing })
     }
 
     /// This rank's zones of numbered cells that follow each other in space.
     pub(crate) fn run(&self, zones: Zones) -> Zones {
-        match &self.0 {
-            Some(ranks) => zones.share(ranks.rank(), ranks.count(), u64::from),
-            None => zones,
-        }
+        self.share(zones, |zones, rank, count| zones.share(rank, count, u64::from))
     }
 
     /// This rank's points of faces of elements.
     pub(crate) fn element_points<const D: usize>(&self, points: ElementPoints<D>) -> ElementPoints<D> {
-        match &self.0 {
-            Some(ranks) => points.share(ranks.rank(), ranks.count()),
-            None => points,
-        }
+        self.share(points, ElementPoints::share)
     }
 
     /// This rank's points of a boundary, of other zones than those of cells, or of a single force.
     pub(crate) fn points<const D: usize>(&self, points: Points<D>) -> Points<D> {
-        match &self.0 {
-            Some(ranks) => points.share(ranks.rank(), ranks.count()),
-            None => points,
-        }
+        self.share(points, Points::share)
     }
 }

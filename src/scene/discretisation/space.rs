@@ -8,7 +8,7 @@ use crate::cells::{Cells, Lattice, Layout};
 use crate::contact::Obstacle;
 use crate::each::{Each, array_of, point_of};
 use crate::error::{Error, Incompatible, LinearError, SolveError};
-use crate::geometry::{Bounds, Domain, Point};
+use crate::geometry::{Bounds, Domain, Point, all_padded};
 use crate::linear::{Auxiliary, Krylov, after_their_rows, multiplications, nested_dissection};
 use crate::quadrature::Points;
 use crate::shape::{Approximation, FiniteElements};
@@ -197,8 +197,7 @@ pub(crate) fn krylov<const D: usize>(
     equations: &Constraints,
     sharing: &Sharing,
 ) -> Result<Option<Krylov>, Error> {
-    let node = |x: &Point<D>| point_of::<3>(|i| if i < D { x[i] } else { 0.0 });
-    let nodes: Vec<Point<3>> = cells.positions().mapped(node);
+    let nodes: Vec<Point<3>> = all_padded(cells.positions());
     let preconditioner = scheme.solver.as_ref().and_then(|solver| solver.preconditioner(&nodes));
     if scheme.solver.is_some() && preconditioner.is_none() {
         // It takes the condensed system.
@@ -312,17 +311,14 @@ fn elements_of<const D: usize>(
         PressureScheme::Auto => 2,
         PressureScheme::Field { size, .. } => size,
     };
-    let zones = sharing.zones(cells, cells.zones(size));
+    let zones = sharing.zones(cells, cells.zones(size))?;
     if body.table().clusters().count() + 1 != zones.offsets.len() {
         return Ok(None);
     }
     let elements = FiniteElements::new(lattice.clone(), 1)?;
     let table = ShapeTable::of_alike_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;
     let elastic = Body::projecting(table, body.material().clone(), body.field(), body.projected_measure());
-    Ok(Some(match sharing.fewest(elastic.fewest()) {
-        Some(fewest) => elastic.with_fewest(fewest),
-        None => elastic,
-    }))
+    Ok(Some(sharing.smallest_zones_of(elastic)))
 }
 
 /// Where particles stand in the unit cube.

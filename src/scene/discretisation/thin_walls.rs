@@ -7,7 +7,7 @@ use crate::material::Material;
 use crate::scene::definition::scheme::Scheme;
 use crate::term::{Body, PressureField};
 
-use super::conditions::Refused;
+use super::conditions::{Refused, nearest_particle};
 
 /// Bulk over shear modulus above which a point's volume counts as a constraint.
 const STIFF: f64 = 20.0;
@@ -58,10 +58,8 @@ pub(super) fn refuse<const D: usize>(
     };
     let worst = found.iter().enumerate().filter_map(locked).min_by(|a, b| a.2.thickness.total_cmp(&b.2.thickness));
     let Some((pressures, displacements, ZoneParticles { middle, thickness, .. })) = worst else { return Ok(()) };
-    let away = |particle: usize| (cells.positions()[particle] - middle).norm();
-    let nearest = (0..cells.positions().len()).min_by(|&a, &b| away(a).total_cmp(&away(b)));
     // Each cell halved has a free particle inside, whatever is fixed around it.
-    let spacing = 0.5 * nearest.map_or(thickness, |particle| cells.spacings(particle).min().min(thickness));
+    let spacing = 0.5 * cells.spacings(nearest_particle(cells, &middle)).min().min(thickness);
     let at = middle.as_slice().to_vec();
     refused(GeometryError::LockedWall { at, thickness, pressures, displacements, spacing }.into())
 }

@@ -13,8 +13,7 @@ use crate::scene::{
 struct Setting<const D: usize> {
     name: &'static str,
     differs: fn(&Scheme, &Scheme) -> bool,
-    /// Bodies over given cells are documented to leave it out.
-    left_out: bool,
+    /// Also those that are documented to leave it out.
     follows: fn(&Source<D>, &Scheme) -> bool,
     /// What it can't be combined with, where that is not the body's source.
     with: Option<&'static str>,
@@ -29,23 +28,20 @@ fn of_cells<const D: usize>() -> [Setting<D>; 6] {
         Setting {
             name: "a number or spacing of particles",
             differs: |a, b| a.resolution != b.resolution,
-            left_out: true,
-            follows: |source, _| matches!(source, Source::Domain(_) | Source::Scattered(_)),
+            follows: |source, _| matches!(source, Source::Domain(_) | Source::Scattered(_) | Source::Cells(_)),
             with: None,
             remedy: "particles are the nodes of a mesh: mesh the part finer, or call Mesh::refined",
         },
         Setting {
             name: "Scheme::layout",
             differs: |a, b| !same_layout(&a.layout, &b.layout),
-            left_out: true,
-            follows: |source, _| matches!(source, Source::Domain(_)),
+            follows: |source, _| matches!(source, Source::Domain(_) | Source::Cells(_)),
             with: None,
             remedy: "layouts are those of blocks and mapped blocks; over regions Scheme::graded says where particles are finer",
         },
         Setting {
             name: "Scheme::graded",
             differs: |a, b| !is_same(&a.grading, &b.grading),
-            left_out: false,
             follows: scattered,
             with: None,
             remedy: "it is for planar regions and solids; blocks take Scheme::layout with Layout::Graded, meshes are graded by the mesher",
@@ -53,7 +49,6 @@ fn of_cells<const D: usize>() -> [Setting<D>; 6] {
         Setting {
             name: "Scheme::across",
             differs: |a, b| a.across != b.across,
-            left_out: false,
             follows: |source, _| D == 3 && matches!(source, Source::Scattered(_)),
             with: None,
             remedy: "only lattices in solids are refined across walls: leave it out",
@@ -61,7 +56,6 @@ fn of_cells<const D: usize>() -> [Setting<D>; 6] {
         Setting {
             name: "Scheme::seed or Scheme::scatter",
             differs: |a, b| a.scatter != b.scatter,
-            left_out: false,
             follows: planar,
             with: None,
             remedy: "only planar regions have scattered particles; Layout::Jittered has a seed of its own",
@@ -69,7 +63,6 @@ fn of_cells<const D: usize>() -> [Setting<D>; 6] {
         Setting {
             name: "Scheme::partition",
             differs: |a, b| a.partition != b.partition,
-            left_out: false,
             follows: planar,
             with: None,
             remedy: "only planar regions have a choice of cells",
@@ -85,7 +78,6 @@ fn of_functions<const D: usize>() -> [Setting<D>; 4] {
             differs: |a, b| {
                 a.dilation != b.dilation || a.rcond_limit != b.rcond_limit || !is_same(&a.kernel, &b.kernel)
             },
-            left_out: false,
             follows: |_, scheme| scheme.approximation == ApproximationChoice::Particles,
             with: Some("finite elements"),
             remedy: "finite elements have no supports: leave it out, or take ApproximationChoice::Particles",
@@ -93,7 +85,6 @@ fn of_functions<const D: usize>() -> [Setting<D>; 4] {
         Setting {
             name: "Scheme::pressure_field with zones of several elements",
             differs: |a, b| zone(a) != zone(b),
-            left_out: false,
             follows: |_, scheme| scheme.approximation == ApproximationChoice::Particles || zone(scheme) <= 1,
             with: Some("finite elements"),
             remedy: "a zone of finite elements is one element: give the size 1",
@@ -101,7 +92,6 @@ fn of_functions<const D: usize>() -> [Setting<D>; 4] {
         Setting {
             name: "Scheme::pressure_field with zones of several cells",
             differs: |a, b| zone(a) != zone(b),
-            left_out: false,
             follows: |_, scheme| zone(scheme) <= 1 || !has_zones(&scheme.rule),
             with: Some("an integration rule with zones of its own"),
             remedy: "pressures are those of its zones: give the size 1, or take Rule::Auto or Rule::Smoothed",
@@ -109,7 +99,6 @@ fn of_functions<const D: usize>() -> [Setting<D>; 4] {
         Setting {
             name: "solution by Krylov iteration",
             differs: |a, b| a.solver_choice != b.solver_choice,
-            left_out: false,
             follows: |_, scheme| {
                 scheme.approximation == ApproximationChoice::Particles || scheme.solver_choice != SolverChoice::Krylov
             },
@@ -187,12 +176,8 @@ pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, scheme: &Scheme, own: &[S
         );
     }
     let plain = plain(scheme);
-    for Setting { name, differs, left_out, follows, with, remedy } in
-        of_cells::<D>().into_iter().chain(of_functions::<D>())
-    {
-        let taken = |body: &BodyOf<D>, scheme: &Scheme| {
-            follows(&body.source, scheme) || left_out && matches!(body.source, Source::Cells(_))
-        };
+    for Setting { name, differs, follows, with, remedy } in of_cells::<D>().into_iter().chain(of_functions::<D>()) {
+        let taken = |body: &BodyOf<D>, scheme: &Scheme| follows(&body.source, scheme);
         let all = || scene.bodies.iter().zip(own);
         let of_scene = differs(scheme, &plain) && !all().any(|(body, own)| taken(body, own));
         let of_body = all().find(|(body, own)| differs(own, scheme) && differs(own, &plain) && !taken(body, own));

@@ -110,12 +110,12 @@ impl ProblemView<'_> {
         let mut positions = self.positions();
         positions.truncate(displacements.len());
         let (mut cells, mut of_body, mut of_cell) = (Vec::new(), Vec::new(), Vec::new());
+        let shifted = |first: usize, corners: &[usize], positions: &[Vec3]| {
+            vtk_cell(dim, &corners.mapped(|corner| first + corner), positions)
+        };
         for (number, body) in self.bodies.iter().enumerate() {
             let (first, end) = (body.nodes().start, body.nodes().end);
-            cells.extend(body.drawn().iter().map(|corners| {
-                let corners: Vec<usize> = corners.mapped(|corner| first + corner);
-                vtk_cell(dim, &corners, &positions)
-            }));
+            cells.extend(body.drawn().iter().map(|corners| shifted(first, corners, &positions)));
             of_body.resize(end, number as f64);
             of_cell.resize(cells.len(), number as i64);
         }
@@ -123,10 +123,7 @@ impl ProblemView<'_> {
             let first = positions.len();
             positions.extend_from_slice(&shape.points);
             displacements.extend(moved);
-            cells.extend(shape.cells.iter().map(|corners| {
-                let corners: Vec<usize> = corners.mapped(|corner| first + corner);
-                vtk_cell(dim, &corners, &positions)
-            }));
+            cells.extend(shape.cells.iter().map(|corners| shifted(first, corners, &positions)));
             of_body.resize(positions.len(), (self.bodies.len() + number) as f64);
             of_cell.resize(cells.len(), (self.bodies.len() + number) as i64);
         }
@@ -178,15 +175,7 @@ fn volume_ratio(
     [positions, current]: [&[Vec3]; 2],
     across: &[f64],
 ) -> Option<f64> {
-    let shape = match (dim, cell) {
-        (1, VtkCell::Line(_)) => CellShape::Line,
-        (2, VtkCell::Triangle(_)) => CellShape::Triangle,
-        (2, VtkCell::Quad(_)) => CellShape::Quadrangle,
-        (3, VtkCell::Tetrahedron(_)) => CellShape::Tetrahedron,
-        (3, VtkCell::Wedge(_)) => CellShape::Prism,
-        (3, VtkCell::Hexahedron(_)) => CellShape::Hexahedron,
-        _ => return None,
-    };
+    let shape = shape_of(cell).filter(|shape| shape.dimension() == dim)?;
     let corners = cell.corners();
     let volume = |x: &[Vec3], corner: usize| {
         // Along axes that there are not, cells have the length 1.
@@ -206,6 +195,19 @@ fn volume_ratio(
         ring * across.get(corners[corner]).unwrap_or(&1.0) * volume(current, corner) / volume(positions, corner)
     };
     Some((0..corners.len()).map(ratio).fold(f64::INFINITY, f64::min))
+}
+
+/// The shape of the cells of meshes that one is drawn as.
+pub(super) fn shape_of(cell: &VtkCell) -> Option<CellShape> {
+    Some(match cell {
+        VtkCell::Line(_) => CellShape::Line,
+        VtkCell::Triangle(_) => CellShape::Triangle,
+        VtkCell::Quad(_) => CellShape::Quadrangle,
+        VtkCell::Tetrahedron(_) => CellShape::Tetrahedron,
+        VtkCell::Wedge(_) => CellShape::Prism,
+        VtkCell::Hexahedron(_) => CellShape::Hexahedron,
+        _ => return None,
+    })
 }
 
 /// A cell in VTK's order: around, where lattices count along their axes.

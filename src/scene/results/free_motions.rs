@@ -7,10 +7,12 @@ use nalgebra::DMatrix;
 
 use super::view::{BodyView, ProblemView};
 use crate::assembly::StateRef;
-use crate::each::{Each, list_of};
+use crate::each::{Each, IntoEach, list_of};
 use crate::geometry::{Disjoint, Point, RigidMode};
 use crate::linear::vector::dot;
+use crate::order;
 use crate::scene::Problem;
+use crate::scene::definition::contact_definition::{Barred, Law};
 use crate::term::Form;
 
 /// Parts of translations and rotations in a motion.
@@ -57,19 +59,11 @@ impl fmt::Display for FreeMotion {
 /// normal alone, one that is pushed not its own; so does one with friction where `friction` is not to count. A surface that turns freely
 /// counts as one that does not.
 pub(crate) fn free_motions<const D: usize>(problem: &Problem<D>, friction: bool) -> Vec<FreeMotion> {
-    let (mut contacts, rest) = (Contacts::default(), vec![0.0; problem.model.unknowns()]);
-    for contact in &problem.contacts {
-        contacts.travels.extend(contact.law.rigid_dof());
-        contact.law.bars(&rest, friction, &mut |trace, other, x, direction| {
-            contacts.barred.push(Barred {
-                particle: trace.particle as usize,
-                other: other.map(|other| other.particle as usize),
-                at: *x,
-                direction: *direction,
-            });
-        });
-    }
-    free_of(&problem.view(), &contacts)
+    let rest = vec![0.0; problem.model.unknowns()];
+    let laws = || problem.contacts.iter().map(|contact| &contact.law);
+    let travels: Vec<usize> = laws().filter_map(Law::rigid_dof).collect();
+    let barred: Vec<Barred> = laws().flat_map(|law| law.bars(&rest, friction)).collect();
+    free_of(&problem.view(), &travels, &barred)
 }
 
 /// The nodes that rigid motions move which neither conditions nor energy resist: what nothing but contact can hold. `travels` are the nodes
@@ -92,25 +86,10 @@ pub(crate) fn unheld(problem: &ProblemView<'_>, travels: Range<u32>) -> Vec<u32>
     free
 }
 
-/// What contacts say of motions.
-#[derive(Default)]
-struct Contacts {
-    /// Nodes of the travels of surfaces that are pushed, which are no places.
-    travels: Vec<usize>,
-    barred: Vec<Barred>,
-}
-
-/// A direction in which contact bars the motion of a particle, against that of another one where there is one.
-struct Barred {
-    particle: usize,
-    other: Option<usize>,
-    at: Point<3>,
-    direction: Point<3>,
-}
-
-fn free_of(problem: &ProblemView<'_>, contacts: &Contacts) -> Vec<FreeMotion> {
-    let motions = Motions::of(problem, &contacts.travels);
-    let resistance = motions.resistance(problem, &contacts.barred);
+/// As [`free_motions`], with the nodes of the travels of surfaces that are pushed, which are no places, and what contacts bar.
+fn free_of(problem: &ProblemView<'_>, travels: &[usize], barred: &[Barred]) -> Vec<FreeMotion> {
+    let motions = Motions::of(problem, travels);
+    let resistance = motions.resistance(problem, barred);
     if !resistance.iter().all(|r| r.is_finite()) {
         return Vec::new();
     }
@@ -240,16 +219,8 @@ fn pieces(problem: &ProblemView<'_>, body: &dyn BodyView) -> Vec<Vec<usize>> {
             sets.join(first, node);
         }
     }
-    let mut pieces: Vec<Vec<usize>> = Vec::new();
-    let mut piece_of = vec![usize::MAX; nodes.len()];
-    for node in 0..nodes.len() {
-        let leader = sets.leader(node);
-        if leader == node {
-            piece_of[node] = pieces.len();
-            pieces.push(Vec::new());
-        }
-        pieces[piece_of[leader]].push(nodes.start + node);
-    }
+    let leaders = list_of(nodes.len(), |node| sets.leader(node));
+    let mut pieces = order::grouped(&leaders).into_mapped(|piece| piece.mapped(|node| nodes.start + node));
     // Nodes beyond all clusters have no stiffness and are no piece.
     pieces.retain(|piece| piece.len() > 1);
     pieces
@@ -297,10 +268,8 @@ fn energies(problem: &ProblemView<'_>, motions: &[Vec<f64>], size: f64) -> DMatr
             }
         }
     }
-    if let Some(ranks) = whole.ranks() {
-        ranks.sum(energies.as_mut_slice());
-        ranks.sum(&mut scale);
-    }
+    whole.total(energies.as_mut_slice());
+    whole.total(&mut scale);
     energies / scale[0]
 }
 

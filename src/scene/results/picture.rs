@@ -6,13 +6,12 @@ use std::f64::consts::PI;
 use crate::each::{Each, EachOf, IntoEach, list_of};
 use crate::error::Error;
 use crate::geometry::{Vec2, Vec3};
-use crate::mesh::CellShape;
-use crate::output::{Page, Picture, VtkCell};
+use crate::output::{Page, Picture};
 use crate::shape::ShapeFunctions;
 use crate::solve::{EquilibriumPath, State};
 use crate::tensor::{mean, von_mises};
 
-use super::fields::vtk_cell;
+use super::fields::{shape_of, vtk_cell};
 use super::view::ProblemView;
 use crate::scene::Problem;
 use crate::scene::discretisation::frame::RigidShape;
@@ -190,10 +189,7 @@ impl ProblemView<'_> {
         let mut all = Vec::new();
         for body in &self.bodies {
             let first = body.nodes().start;
-            for mut corners in body.drawn() {
-                corners.iter_mut().for_each(|corner| *corner += first);
-                all.push(corners);
-            }
+            all.extend(body.drawn().into_iter().map(|corners| corners.into_mapped(|corner| first + corner)));
         }
         all
     }
@@ -396,12 +392,7 @@ fn contact_surface(dim: usize, cells: &[Vec<usize>], positions: &[Vec3]) -> Vec<
     let mut found: HashMap<Vec<usize>, (Vec<usize>, bool)> = HashMap::new();
     let mut order = Vec::new();
     for cell in cells {
-        let shape = match cell {
-            VtkCell::Tetrahedron(_) => CellShape::Tetrahedron,
-            VtkCell::Wedge(_) => CellShape::Prism,
-            VtkCell::Hexahedron(_) => CellShape::Hexahedron,
-            _ => continue,
-        };
+        let Some(shape) = shape_of(&cell).filter(|shape| shape.dimension() == dim) else { continue };
         let corners = cell.corners();
         let centre = corners.iter().map(|&c| positions[c]).sum::<Vec3>() / corners.len() as f64;
         for face in shape.faces() {

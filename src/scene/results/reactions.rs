@@ -309,18 +309,13 @@ impl<const D: usize> Problem<D> {
         let stem = file.file_stem().map_or_else(|| "path".to_string(), |stem| stem.to_string_lossy().into_owned());
         for (step, state) in path.states().enumerate().skip(first) {
             let grid = self.vtk_grid(state)?;
-            let own = match self.model.ranks() {
-                Some(ranks) => {
-                    let own = file.with_file_name(format!("{stem}{suffix}_{step:04}.pvtu"));
-                    grid.write_piece(&own, ranks.rank(), ranks.count())?;
-                    own
-                }
-                None => {
-                    let own = file.with_file_name(format!("{stem}{suffix}_{step:04}.vtu"));
-                    grid.write(&own)?;
-                    own
-                }
-            };
+            let ranks = self.model.ranks();
+            let ending = if ranks.is_some() { "pvtu" } else { "vtu" };
+            let own = file.with_file_name(format!("{stem}{suffix}_{step:04}.{ending}"));
+            match ranks {
+                Some(ranks) => grid.write_piece(&own, ranks.rank(), ranks.count())?,
+                None => grid.write(&own)?,
+            }
             let time = since.map_or_else(|| self.time(state), |since| since + state.load);
             films.push(time, own);
         }

@@ -24,8 +24,8 @@ impl<const D: usize> Problem<D> {
         let holds = |x: &Point<D>| place.holds(x);
         let (held, dense) = match body.facets {
             Facets::OfCells(rule) => {
-                let own = body.cells.boundary(part, rule.parts, rule.gauss).ok()?.within(&holds);
-                let dense = body.cells.boundary(part, DENSER * rule.parts, rule.gauss).ok()?;
+                let own = body.cells.facets(part, rule.parts, rule.gauss).ok()?.within(&holds);
+                let dense = body.cells.facets(part, DENSER * rule.parts, rule.gauss).ok()?;
                 (own.points.weights.summed(|weight| *weight), dense.points)
             }
             Facets::OfElements { order, gauss } => {

@@ -194,7 +194,7 @@ impl<const D: usize> BodyView for DiscreteBody<D> {
         let whole = &crate::geometry::Part::Whole;
         let (points, traces) = match self.facets {
             Facets::OfCells(rule) => {
-                let cells = self.cells.boundary(whole, density * rule.parts, rule.gauss)?;
+                let cells = self.cells.facets(whole, density * rule.parts, rule.gauss)?;
                 (cells.points, Some(cells.traces))
             }
             Facets::OfElements { order, gauss } => match self.cells.lattice() {

@@ -11,7 +11,7 @@ use crate::term::View;
 
 use crate::scene::{Contact, Problem};
 
-use super::share::LARGEST_SHARE;
+use super::volume::LARGEST_SHARE;
 
 /// The largest depth as a part of the width of a trace function, which is the spacing of the boundary particles: half of it is the
 /// distance from a particle to the middle between two, so that what lies deeper has passed between them.

@@ -4,7 +4,6 @@ mod biot;
 mod depth;
 mod passing;
 mod restraint;
-mod share;
 mod surface_points;
 mod volume;
 

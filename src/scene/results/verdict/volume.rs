@@ -7,7 +7,9 @@ use crate::solve::State;
 
 use crate::scene::results::view::{BodyView, ProblemView};
 
-use super::share::LARGEST_SHARE;
+/// The largest part of its energy that a state may have in changes of volume that pressures do not allow, or lack where contacts overlap:
+/// energies go with the squares of strains, so that strains are off by a tenth in the mean.
+pub(super) const LARGEST_SHARE: f64 = 0.01;
 
 /// $|\ln(J/\hat J)|$ from which on the volume of a point is not what the pressure allows. Where a cell bends, a linear field has changes
 /// below this one at no loss: with a single element across an arch they would be a fifth of the energy, with its force within 1 %.
@@ -33,9 +35,7 @@ pub(super) fn folded(problem: &ProblemView<'_>, state: &State) -> Option<Doubt> 
         for (number, body) in problem.bodies.iter().enumerate() {
             total[0] += of(number, *body);
         }
-        if let Some(ranks) = problem.model.ranks() {
-            ranks.sum(&mut total);
-        }
+        problem.model.total(&mut total);
         total[0]
     };
     let folded = sum(&mut |number, body| apart(body, number, state, &mut worst));
