@@ -18,10 +18,18 @@ use super::answer::{Answer, Level, Tolerance};
 /// Step of a dual solution, in parts of the displacement, by which its pressures are found.
 const SMALL: f64 = 1e-3;
 
+/// Two models that differ by less agree by no accident: bodies at rest, homogeneous states.
+pub(super) const EXACT: f64 = 1e-10;
+
 /// How far two models are apart.
 pub(super) struct DifferenceBound {
     /// In the quantity in which they are furthest apart, relative to its value.
     pub most: f64,
+    /// Whether they agree but for rounding: in the quantities, and in the energy and its parts where one is [`unseen`](Self::unseen).
+    pub exact: bool,
+    /// Whether a quantity did not change from model to model, and no derivative tells whether anything would change it: a contact
+    /// that coarse models do not see leaves a force of zero.
+    pub unseen: bool,
     /// What each zone of the finer model adds, all quantities together.
     pub zones: Vec<f64>,
     /// The dual-weighted change of each quantity, relative to its value.
@@ -45,7 +53,7 @@ pub(super) fn difference_bound<const D: usize>(
     let clusters = fine.problem.discrete_bodies().iter().map(|body| body.body().table().clusters().count());
     let mut zones = vec![0.0; clusters.sum()];
     let (Some(before), Some(now)) = (coarse.levels.last(), fine.levels.last()) else {
-        return Ok(DifferenceBound { most: f64::INFINITY, zones, weighted: Vec::new() });
+        return Ok(DifferenceBound { most: f64::INFINITY, exact: false, unseen: false, zones, weighted: Vec::new() });
     };
     let relative = |k: usize, value: f64| {
         let size = tolerance.quantities.get(k).map_or(0.0, |quantity| quantity.size);
@@ -57,11 +65,12 @@ pub(super) fn difference_bound<const D: usize>(
     // Bodies at rest are solved by any model; what is left is rounding.
     if before.values[energy] == 0.0 && now.values[energy] == 0.0 {
         let most = (0..tolerance.quantities.len()).map(difference).fold(0.0, f64::max);
-        return Ok(DifferenceBound { most, zones, weighted: vec![0.0; tolerance.quantities.len()] });
+        let weighted = vec![0.0; tolerance.quantities.len()];
+        return Ok(DifferenceBound { most, exact: most <= EXACT, unseen: true, zones, weighted });
     }
     let changes = Changes::new(coarse, fine)?;
     let mut of_energy = None;
-    let mut most: f64 = 0.0;
+    let (mut most, mut exact, mut unseen) = (0.0_f64, true, false);
     let mut weighted = Vec::with_capacity(tolerance.quantities.len());
     for (k, quantity) in tolerance.quantities.iter().enumerate() {
         let half = if quantity.is_energy() { 0.5 } else { 0.0 };
@@ -74,7 +83,12 @@ pub(super) fn difference_bound<const D: usize>(
                     None => changes.sums(energy, 0.5)?.unwrap_or_default(),
                 };
                 of_energy = Some(energies.clone());
-                (energies, energy, sensitivity(history, [before, now], k, &relative))
+                let (part, changed) = sensitivity(history, [before, now], k, &relative);
+                if changed <= EXACT {
+                    unseen = true;
+                    exact &= difference(energy).max(relative(energy, energies.iter().sum())) <= EXACT;
+                }
+                (energies, energy, part)
             }
         };
         let known = if of == k { 0.0 } else { part * difference(energy) };
@@ -83,18 +97,19 @@ pub(super) fn difference_bound<const D: usize>(
         weighted.push(eta.max(known));
         zones.iter_mut().zip(&sums).for_each(|(zone, sum)| *zone += part * relative(of, *sum));
     }
-    Ok(DifferenceBound { most: if most.is_nan() { f64::INFINITY } else { most }, zones, weighted })
+    let most = if most.is_nan() { f64::INFINITY } else { most };
+    Ok(DifferenceBound { most, exact: exact && most <= EXACT, unseen, zones, weighted })
 }
 
 /// How much a quantity changed beside the energy: root of the sums of squares over this comparison and the change between the two models
-/// before, of which one may be small by accident.
-fn sensitivity(history: &[Level], last: [&Level; 2], k: usize, relative: &impl Fn(usize, f64) -> f64) -> f64 {
+/// before, of which one may be small by accident; and that root of the quantity alone.
+fn sensitivity(history: &[Level], last: [&Level; 2], k: usize, relative: &impl Fn(usize, f64) -> f64) -> (f64, f64) {
     let energy = last[1].values.len() - 1;
     let before = || history.windows(2).next_back().map(|pair| [&pair[0], &pair[1]]);
     let pairs = || before().into_iter().chain([last]);
     let sum = |k: usize| pairs().map(|[a, b]| relative(k, b.values[k] - a.values[k]).powi(2)).sum::<f64>();
     let ratio = (sum(k) / sum(energy)).sqrt();
-    if ratio.is_nan() { 1.0 } else { ratio }
+    (if ratio.is_nan() { 1.0 } else { ratio }, sum(k).sqrt())
 }
 
 /// What changes at a point.

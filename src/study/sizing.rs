@@ -14,13 +14,11 @@ use super::evidence::{DifferenceBound, difference_bound};
 use super::extrapolation::extrapolate;
 use super::nested::{BROKEN_OFF, check, doubted, failed, name_of, settle, solve, unsettled};
 use super::progress::{Limits, Progress};
-use super::resolved::overlooked;
+use super::resolved::{may_close, overlooked};
 use super::strategy::{Even, Found, Model, Next, ORDERS, Strategy};
 
 /// First models without a free unknown that are tried again with twice the cells.
 const ATTEMPTS: usize = 4;
-/// Two models that differ by less agree by no accident: bodies at rest, homogeneous states.
-const EXACT: f64 = 1e-10;
 
 impl<const D: usize> Scene<D> {
     /// Solves the scene with the cheapest model found sufficient: finite elements of order 2 on blocks and mapped blocks, the default
@@ -83,7 +81,8 @@ impl<const D: usize> Scene<D> {
     /// with the distortional stress $\mathbf P$. Without the absolute values of zones the sum is $\Delta q$ itself, as Galerkin's
     /// orthogonality has it; that may vanish by accident, where parts of the body cancel each other. For the energy $z - u/2$ stands
     /// for $z$. Quantities of one's own, whose derivative is not known, are not corrected, and take the $\eta$ of the energy, in
-    /// proportion to what they changed beside it.
+    /// proportion to what they changed beside it; where one did not change at all, a contact that is open has to be seen to stay open:
+    /// its least gap must be larger than what first order leaves of the gap's last change.
     ///
     /// No model may take more than sixteen times the work of all before it (work is counted in factorisations times the power 3/2 of
     /// the unknowns; small models, eight matrices of any and twice as many as the first took are free). A search ends once the fall of
@@ -231,6 +230,8 @@ struct Search<'a, const D: usize> {
     measured: bool,
     /// Whether the search ended because it would not come to its end within the budget.
     hopeless: bool,
+    /// A contact that is open in the last model and may close in finer ones, where a quantity may be its force.
+    open: Option<String>,
     zones: Vec<f64>,
     /// Work so far.
     spent: f64,
@@ -263,6 +264,7 @@ impl<'a, const D: usize> Search<'a, D> {
                         order: ORDERS[0],
                         measured: false,
                         hopeless: false,
+                        open: None,
                         zones: Vec::new(),
                         spent: limits.spent,
                     });
@@ -313,6 +315,13 @@ impl<'a, const D: usize> Search<'a, D> {
                 "{why}; cells are too wide for the bore or narrow end at X = {at:?}, which the models overlook: allow more models \
                  (Budget::levels), or draw the shape without it"
             )),
+            (Verdict::NotReached(why), None) if why != BROKEN_OFF => Verdict::NotReached(match &self.open {
+                Some(name) => format!(
+                    "{why}; the contact at `{name}` is open, and the gap still falls with the spacing as if it were to close: allow more \
+                     models (Budget::levels)"
+                ),
+                None => why,
+            }),
             (verdict, _) => verdict,
         };
     }
@@ -381,9 +390,12 @@ impl<'a, const D: usize> Search<'a, D> {
         let companion = coarse.map(&mut solved).transpose()?;
         let particles = fine.counts.clone();
         let mut next = solved(fine)?;
-        let difference =
-            difference_bound(companion.as_ref().unwrap_or(&self.answer), &next, tolerance, &self.answer.levels)
-                .map_err(|error| failed(&particles, &error, limits))?;
+        let compared = companion.as_ref().unwrap_or(&self.answer);
+        let difference = difference_bound(compared, &next, tolerance, &self.answer.levels);
+        let difference = difference.map_err(|error| failed(&particles, &error, limits))?;
+        let left = spacing / (coarser - spacing);
+        let open = if difference.unseen { may_close(compared, &next, left) } else { Ok(None) };
+        self.open = open.map_err(|error| failed(&particles, &error, limits))?;
         let level = &mut next.levels[0];
         for companion in companion.iter().flat_map(|companion| &companion.levels) {
             level.iterations += companion.iterations;
@@ -398,8 +410,8 @@ impl<'a, const D: usize> Search<'a, D> {
         } else {
             self.compare((before, coarser), difference);
         }
-        if overlooked(&self.answer.problem).is_some() {
-            // Models that do not see a bore agree, and say nothing of the body.
+        if overlooked(&self.answer.problem).is_some() || self.open.is_some() {
+            // Models that do not see a bore or a contact agree, and say nothing of the body.
             (self.measured, self.answer.bound) = (false, f64::INFINITY);
         }
         // What conditions miss of their parts is an error that all models may share.
@@ -420,14 +432,14 @@ impl<'a, const D: usize> Search<'a, D> {
     /// The bound by the change from the model that the last one is compared with, whose spacing is `coarser`.
     fn compare(&mut self, (before, coarser): (f64, f64), difference: DifferenceBound) {
         let spacing = self.spacings.last().copied().unwrap_or(1.0);
-        let DifferenceBound { most, zones, .. } = difference;
+        let DifferenceBound { most, exact, zones, .. } = difference;
         if let Some(then) = self.compared {
             let order = (then / most).ln() / (before / spacing).ln();
             if order.is_finite() {
                 self.order = order.clamp(ORDERS[0], ORDERS[1]);
             }
         }
-        self.measured = self.compared.is_some() || most <= EXACT;
+        self.measured = self.compared.is_some() || exact;
         (self.compared, self.zones) = (Some(most), zones);
         self.answer.bound = most / ((coarser / spacing).powf(self.order) - 1.0);
     }
@@ -448,7 +460,7 @@ impl<'a, const D: usize> Search<'a, D> {
             bound = if left.is_nan() { f64::INFINITY } else { bound.max(left) };
         }
         self.answer.bound = bound;
-        self.measured = self.spacings.len() > 2 || difference.most <= EXACT;
+        self.measured = self.spacings.len() > 2 || difference.exact;
         if let (Some(before), [.., coarser, finer]) = (before, &self.spacings[..]) {
             self.order = (before / bound).ln() / (coarser / finer).ln();
         }

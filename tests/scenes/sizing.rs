@@ -553,3 +553,50 @@ fn no_tolerance_is_reached_by_a_doubtful_state() {
         );
     }
 }
+
+/// A force of zero in coarse models is none of the body: a plate that comes down on a cylinder by less than they see, one that stays away, and
+/// values that do not change while the rest does.
+#[test]
+fn contacts_that_coarse_models_do_not_see_are_looked_for() {
+    let rubber = || Rubber::mooney_rivlin(0.293, 0.177, 1410.0).unwrap();
+    let roller = |down: f64| {
+        let quarter = Outline::at([0.0, 0.0])
+            .line("equator", [0.2, 0.0])
+            .arc("outer", [0.0, 0.2], [0.0, 0.0], Turn::Left)
+            .close("axis");
+        let plate = RigidSurface::plane([0.0, 0.2], [0.0, -1.0]).moving([0.0, -down]).named("plate");
+        Scene::new(Region::new(quarter).unwrap(), PlaneStrain, rubber())
+            .prescribe("equator", 1, 0.0)
+            .prescribe("axis", 0, 0.0)
+            .contact("outer", plate)
+    };
+    let force = || Quantity::new("force", |p: &Problem<2>, s: &State| Ok(p.contact(s, "plate")?.force[1]));
+    let requested = Tolerance::of(force(), 0.2);
+    let budget = Budget { unknowns: 4000, ..Budget::default() };
+    let answer = roller(1e-4).solve_within(&requested, budget).unwrap();
+    assert!(answer.levels[..2].iter().all(|level| level.values == [0.0, 0.0]), "{:?}", answer.levels);
+    assert!(!answer.reached() || answer.values()[0] < 0.0, "{:?} {:?}", answer.verdict, answer.levels);
+    let answer = roller(1e-4).solve_within(&requested, Budget { levels: 2, ..budget }).unwrap();
+    assert!(matches!(&answer.verdict, Verdict::NotReached(_)), "{:?}", answer.verdict);
+    let answer = roller(-0.02).solve_within(&requested, budget).unwrap();
+    assert!(answer.reached() && answer.values() == [0.0], "{:?} {:?}", answer.verdict, answer.levels);
+
+    // Blocks lie flat beside what they may touch: two models see all of it.
+    let block = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber())
+        .prescribe((0, Side::Min), 0, 0.0)
+        .prescribe((1, Side::Min), 1, 0.0)
+        .contact((1, Side::Max), RigidSurface::plane([0.0, 1.0], [0.0, -1.0]).named("plate"));
+    let pulled = block.clone().prescribe((0, Side::Max), 0, 0.1);
+    for (scene, name) in [(block, "at rest"), (pulled, "homogeneous")] {
+        let answer = scene.solve_within(&requested, budget).unwrap();
+        assert!(
+            answer.reached() && answer.values()[0].abs() < 1e-9 && answer.levels.len() == 2,
+            "{name}: {:?}",
+            answer.levels
+        );
+    }
+
+    let fixed = Tolerance::of(Quantity::new("one", |_: &Problem<2>, _: &State| Ok(1.0)), 0.01);
+    let answer = cook(1.0).solve_within(&fixed, Budget::default()).unwrap();
+    assert!(answer.reached() && answer.values() == [1.0] && answer.levels.len() == 3, "{:?}", answer.levels);
+}
