@@ -89,7 +89,8 @@ pub trait Family: Send + Sync {
         false
     }
 
-    /// Puts terms that may change places into one order, so that equal laws have equal coefficients.
+    /// Puts terms that may change places into one order, so that equal laws have equal coefficients; called where the terms that would
+    /// change places have the same bounds.
     fn arrange(&self, _values: &mut [f64]) {}
 }
 

@@ -84,7 +84,8 @@ impl Fit {
         Fit { seed, ..self }
     }
 
-    /// The same with bounds for a coefficient, in the unit of the data.
+    /// The same with bounds for a coefficient, in the unit of the data. Terms of one law are sorted
+    /// ([`Family::arrange`]) where they have the same bounds, and stay where they are where these differ.
     pub fn bound(mut self, coefficient: impl Into<String>, bounds: [f64; 2]) -> Self {
         self.bounds.push((coefficient.into(), bounds));
         self

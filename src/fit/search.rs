@@ -142,8 +142,22 @@ impl<'a> Residuals<'a> {
         let mut values = self.values(&free);
         let residuals = self.at(&values);
         let settled = residuals.iter().all(|r| r.is_finite()) && self.is_settled(&free, &residuals);
-        self.family.arrange(&mut values);
+        self.arrange(&mut values);
         Some(End { values, residuals, settled })
+    }
+
+    /// Puts terms into the order of their family, where they change places with others of the same bounds alone: a bound that was given for a
+    /// term by its name holds for the term of that name.
+    fn arrange(&self, values: &mut [f64]) {
+        let mut arranged = values.to_vec();
+        self.family.arrange(&mut arranged);
+        let bounds = |place: usize| self.coefficients[place].bounds;
+        let fits = |(to, value): (usize, &f64)| {
+            (0..values.len()).filter(|&from| values[from] == *value).all(|from| bounds(from) == bounds(to))
+        };
+        if arranged.iter().enumerate().all(fits) {
+            values.copy_from_slice(&arranged);
+        }
     }
 
     /// A start with the stresses among its coefficients as the data ask for: most laws are linear in them, and a start whose numbers

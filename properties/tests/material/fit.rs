@@ -176,6 +176,32 @@ fn bounds_are_kept() {
     assert!(matches!(error, FitError::Coefficient { .. }), "{error}");
 }
 
+/// Bounds hold for the term that they name, whatever the order of terms would be without them; of terms with the same bounds the one with
+/// the larger exponent is the first.
+#[test]
+fn bounds_stay_with_the_term_that_they_name() {
+    let data = synthetic(Law::Ogden(2), &[0.3, 3.0, 0.2, -2.0], 0.0, 1);
+    let fit = |bounds: &[(&str, [f64; 2])]| {
+        let fit = bounds.iter().fold(Fit::new(Law::Ogden(2)), |fit, (name, bounds)| fit.bound(*name, *bounds));
+        fit.to(&data).unwrap()
+    };
+    let exponents = |report: &Report| ["alpha_1", "alpha_2"].map(|name| report.value(name).unwrap());
+    let [first, second] = exponents(&fit(&[("alpha_1", [-10.0, -0.1])]));
+    assert!(
+        relative_eq!(first, -2.0, max_relative = 1e-3) && relative_eq!(second, 3.0, max_relative = 1e-3),
+        "{first} {second}"
+    );
+    for bounds in [&[][..], &[("alpha_1", [-10.0, 10.0]), ("alpha_2", [-10.0, 10.0])]] {
+        let [first, second] = exponents(&fit(bounds));
+        assert!(first > second && relative_eq!(first, 3.0, max_relative = 1e-3), "{first} {second}");
+    }
+    // A bound that the data pass is told of by the name that it was given for.
+    let report = fit(&[("alpha_1", [-10.0, -4.0])]);
+    let at_bound = |name: &str| report.warnings.contains(&Warning::AtBound(name.into()));
+    assert!((-10.0..=-4.0).contains(&report.value("alpha_1").unwrap()), "{report}");
+    assert!(at_bound("alpha_1") && !at_bound("alpha_2"), "{report}");
+}
+
 #[test]
 fn bad_data_are_named() {
     let parse = |rows: &str| TestData::parse(&format!("mode,stretch,nominal_stress\n{rows}")).unwrap_err();
