@@ -12,6 +12,7 @@ use crate::tensor::cofactor;
 use crate::term::{Term, View, add_residual, stored};
 
 use super::answer::Answer;
+use super::nested::remembers;
 
 /// What one thing that is modelled does to an answer.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,8 +21,8 @@ pub struct Effect {
     pub what: String,
     /// The quantity that it changes most.
     pub quantity: String,
-    /// How far it changes that, relative to the value or to the size given for it; NaN where a quantity has no derivative, and for
-    /// contacts that are closed.
+    /// How far it changes that, relative to the value or to the size given for it; NaN where a quantity has no derivative, for
+    /// contacts that are closed, and wherever laws with internal variables or friction remember what went before the last state.
     pub change: f64,
 }
 
@@ -43,7 +44,8 @@ impl<const D: usize> Answer<D> {
     /// By the dual solution $z$ of a quantity $q$ each takes one sum over its points. What adds $r$ to the residual changes
     /// $q$ by $\partial q/\partial s - z\cdot r$ where it is scaled by $1 + s$, so that this, to first order, is what the answer would lose
     /// without it. Likewise $p\operatorname{cof}\mathbf F$ tells what an incompressible body would change, and the difference between a
-    /// pressure on the deformed and on the reference surface whether it needs to follow.
+    /// pressure on the deformed and on the reference surface whether it needs to follow. The last state alone tells that; where it
+    /// depends on those before, by internal variables or friction, no effect is known.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -66,8 +68,9 @@ impl<const D: usize> Answer<D> {
     /// # Errors
     /// For quantities that the problem of the answer can't evaluate.
     pub fn effects(&self) -> Result<Vec<Effect>, Error> {
-        let mut found = Vec::new();
         let (problem, state) = (&self.problem, self.path.last());
+        let (mut found, remembers) = (Vec::new(), remembers(problem));
+        let first = self.requested.first().map(|quantity| quantity.name().to_string()).unwrap_or_default();
         let values = self.requested.iter().map(|quantity| quantity.evaluate(problem, state));
         let values = values.collect::<Result<Vec<f64>, Error>>()?;
         let all = problem.model().terms();
@@ -79,12 +82,11 @@ impl<const D: usize> Answer<D> {
         for contact in &problem.contacts {
             let open = !problem.contact(state, &contact.name)?.points.iter().any(|point| point.is_active);
             let what = format!("the contact at `{}`", contact.name);
-            found.push(if open {
+            found.push(if open && !remembers {
                 self.effect(&values, format!("{what}, which is open at the end,"), &Change::none(problem))
             } else {
                 // Its forces do no work in dual solutions, which keep it closed.
-                let quantity = self.requested.first().map(|quantity| quantity.name().to_string());
-                Effect { what, quantity: quantity.unwrap_or_default(), change: f64::NAN }
+                Effect { what, quantity: first.clone(), change: f64::NAN }
             });
         }
         for load in &problem.loads {
@@ -106,6 +108,10 @@ impl<const D: usize> Answer<D> {
             if !of.is_empty() {
                 found.push(self.effect(&values, format!("the stiffness{of}"), &of_terms(number..number + 1)));
             }
+        }
+        if remembers {
+            // What is gone or open at the end, and what stiffness has relaxed, took part in what the state became.
+            found.iter_mut().for_each(|effect| (effect.quantity, effect.change) = (first.clone(), f64::NAN));
         }
         order::sort(&mut found, &|a, b| a.change.total_cmp(&b.change));
         Ok(found)

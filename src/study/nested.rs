@@ -80,9 +80,7 @@ pub(super) fn solve<const D: usize>(
     let requested: Vec<&Quantity<D>> = tolerance.quantities.iter().chain([&energy]).collect();
     let mut wasted = 0;
     let (mut corrected, mut rough) = (None, false);
-    // Laws with internal variables reach their last state by their whole history.
-    let has_history = problem.model().terms().iter().any(|term| term.layout().history > 0);
-    if let Some(coarser) = coarser.filter(|_| !has_history) {
+    if let Some(coarser) = coarser.filter(|_| !remembers(&problem)) {
         let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
         let tight = problem.analysis().newton;
         let (tolerance, iterations) = (tight.tolerance.max(ALGEBRAIC), tight.iterations.min(CORRECTIONS));
@@ -135,6 +133,11 @@ pub(super) fn solve<const D: usize>(
         values,
         duals,
     })
+}
+
+/// Whether a problem reaches its last state by its whole history: laws with internal variables, friction.
+pub(super) fn remembers<const D: usize>(problem: &Problem<D>) -> bool {
+    problem.model().terms().iter().any(|term| term.layout().history > 0)
 }
 
 /// Brings the model of an answer to rest as any analysis does: while models are compared they need not be. A model in doubt reaches no

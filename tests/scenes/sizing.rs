@@ -502,6 +502,40 @@ fn what_is_unneeded_can_be_left_out() {
     assert!(answer.unneeded(middle.error).unwrap().iter().all(|effect| !effect.what.starts_with("push (")));
 }
 
+/// What memory or friction made of a load that is gone, or of a contact that is open at the end, the last state does not tell.
+#[test]
+fn effects_of_what_is_remembered_are_not_known() {
+    let prony = Prony::of_instantaneous([(0.5, 2.0)]).unwrap();
+    let rubber = || Rubber::neo_hookean(0.5, 50.0).unwrap();
+    let block = Block::new([0.0, 0.0], [2.0, 1.0]);
+    let gone = || Amplitude::table(vec![(0.0, 0.0), (0.5, 1.0), (1.0, 0.0)]).unwrap();
+    let creeping = Scene::new(block, PlaneStrain, Viscoelastic::new(rubber(), prony)).over_time(10.0);
+    let elastic = Scene::new(block, PlaneStrain, rubber());
+    let stop = |friction: f64| RigidSurface::plane([0.0, 1.5], [0.0, -1.0]).friction(friction).named("stop");
+    let cases = [
+        ("memory", creeping.contact((1, Side::Max), stop(0.0)), true),
+        ("friction", elastic.clone().contact((1, Side::Max), stop(0.3)), true),
+        ("none", elastic.contact((1, Side::Max), stop(0.0)), false),
+    ];
+    for (name, scene, remembers) in cases {
+        let scene = scene
+            .hold((0, Side::Min))
+            .traction((0, Side::Max), [0.01, 0.0])
+            .with(Load::traction((0, Side::Max), [0.0, 0.01]).amplitude(gone()).named("gone"));
+        let requested = Tolerance::of(Quantity::displacement([2.0, 1.0], 0), 0.05);
+        let one = Budget { levels: 1, ..Budget::default() };
+        let answer = scene.solve_within_by(&[Scheme::default()], &requested, one, &mut ()).unwrap();
+        let effects = answer.effects().unwrap();
+        let told = |what: &str| effects.iter().find(|effect| effect.what.starts_with(what)).unwrap().to_string();
+        for what in ["gone", "the contact at `stop`"] {
+            assert_eq!(told(what).contains("not known"), remembers, "{name}: {effects:?}");
+            assert_eq!(told(what).contains("changes nothing"), !remembers, "{name}: {effects:?}");
+        }
+        let unneeded = answer.unneeded(f64::INFINITY).unwrap();
+        assert_eq!(unneeded.is_empty(), remembers, "{name}: {unneeded:?}");
+    }
+}
+
 /// The moment of a turned bush: one of an incompressible ring between cylinders is $\,2\pi r^2\tau$ with the shear of each radius in closed form,
 /// which the page on tolerances tells (522.2 N mm per mm); bodies of revolution and other components are refused.
 #[test]
