@@ -150,6 +150,17 @@ fn pictures_side_by_side_share_range_and_label() {
     for text in [">stretch<", ">1.200000<", ">1.200100<", ">1.200400<"] {
         assert!(svg.contains(text), "{text}");
     }
+    // Gaps are infinite where nothing is opposite: the finite ones keep their colours, in pictures as on pages.
+    let gaps = |gaps: [f64; 3]| plain().coloured("gap [mm]", gaps.to_vec());
+    for (picture, ends) in [
+        (gaps([0.0, 1.5, f64::INFINITY]), [">0.00<", ">1.50<"]),
+        (gaps([f64::NEG_INFINITY, 0.5, 2.0]), [">0.50<", ">2.00<"]),
+        (gaps([f64::INFINITY; 3]), [">0.00e0<"; 2]),
+    ] {
+        let svg = picture.to_svg().unwrap();
+        assert!(ends.iter().all(|end| svg.contains(end)), "{ends:?}");
+        assert!(Page::new("gaps").frame("one", picture).to_html().is_ok());
+    }
     let svg = stretched().range(0.5, 1.0).beside(stretched().range(1.0, 2.0)).beside(plain()).to_svg().unwrap();
     assert!(svg.contains(">0.50<") && svg.contains(">2.00<"));
     let page =
@@ -173,6 +184,14 @@ fn what_can_not_be_shown_is_refused() {
     assert!(matches!(refused(sound().coloured("u", vec![1.0])), OutputError::Length { .. }));
     assert!(matches!(refused(sound().size(10, 10)), OutputError::Chart { .. }));
     assert!(matches!(refused(sound().size(100_000, 10)), OutputError::Chart { .. }));
+    for (lower, upper) in [(1.0, 0.0), (f64::NAN, 1.0), (0.0, f64::NAN), (0.0, f64::INFINITY), (-1e308, 1e308)] {
+        let picture = || sound().coloured("u", vec![0.0, 0.5, 1.0]).range(lower, upper);
+        assert!(matches!(refused(picture()), OutputError::Chart { .. }), "{lower} {upper}");
+        assert!(matches!(picture().to_png().unwrap_err(), OutputError::Chart { .. }), "{lower} {upper}");
+        assert!(matches!(refused(sound().beside(picture())), OutputError::Chart { .. }), "{lower} {upper}");
+        assert!(matches!(Page::new("one").frame("a", picture()).to_html().unwrap_err(), OutputError::Chart { .. }));
+    }
+    assert!(sound().coloured("u", vec![1.0; 3]).range(1.0, 1.0).to_svg().is_ok());
     let far = [[f64::NAN, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Point::<2>::from);
     assert!(matches!(refused(Picture::new(&far, vec![vec![0, 1, 2]])), OutputError::Chart { .. }));
     assert!(matches!(Page::new("empty").to_html().unwrap_err(), OutputError::Chart { .. }));

@@ -88,7 +88,7 @@ impl Picture {
     }
 
     /// Colours the faces by values at the points, with a bar of the colours and its label; faces with a value that is NaN are
-    /// grey.
+    /// grey. Infinite values have the colours of the ends.
     #[must_use]
     pub fn coloured(mut self, label: impl Into<String>, values: Vec<f64>) -> Self {
         (self.label, self.values) = (label.into(), values);
@@ -123,7 +123,7 @@ impl Picture {
         self
     }
 
-    /// Sets the values at the ends of the colours; by default the smallest and the largest that are shown.
+    /// Sets the values at the ends of the colours; by default the smallest and the largest finite ones that are shown.
     #[must_use]
     pub fn range(mut self, lower: f64, upper: f64) -> Self {
         self.range = Some((lower, upper));
@@ -158,7 +158,8 @@ impl Picture {
     /// The picture as text: an image of the body within, all words as text.
     ///
     /// # Errors
-    /// Where values don't fit the points, a face names a point that does not exist, or there is nothing to see.
+    /// Where values don't fit the points, a face names a point that does not exist, the ends of a range are not finite or the lower one is
+    /// the larger, or there is nothing to see.
     pub fn to_svg(&self) -> Result<String, OutputError> {
         let panels: Vec<&Picture> = std::iter::once(self).chain(&self.beside).collect();
         panels.iter().try_for_each(|panel| panel.check())?;
@@ -314,6 +315,12 @@ impl Picture {
         if self.points.iter().any(|x| !x.iter().all(|v| v.is_finite())) {
             return Err(self.nothing("a point is not finite"));
         }
+        if let Some((lower, upper)) =
+            self.range.filter(|(lower, upper)| !(lower <= upper && (upper - lower).is_finite()))
+        {
+            let remedy = "give finite ends, the lower first";
+            return Err(self.nothing(&format!("colours from {lower:e} to {upper:e} cannot be shown: {remedy}")));
+        }
         if self.size.iter().any(|side| *side > 8000) {
             return Err(self.nothing("more than 8000 pixels a side"));
         }
@@ -355,10 +362,11 @@ fn first_coloured<'a>(mut panels: impl Iterator<Item = &'a Picture>) -> Option<&
     panels.find(|panel| !panel.values.is_empty())
 }
 
-/// The least and the largest value that pictures show.
+/// The least and the largest finite value that pictures show.
 fn value_range(panels: &[&Picture]) -> (f64, f64) {
     let shown = panels.iter().flat_map(|panel| panel.faces.iter().flatten().filter_map(|&p| panel.values.get(p)));
-    let (least, most) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+    let (least, most) =
+        shown.filter(|v| v.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     match most - least > LEVEL * least.abs().max(most.abs()) {
         true => (least, most),
         false if least.is_finite() => (least, least),
