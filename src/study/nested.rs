@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::each::{Each, EachOf, IntoEach};
 use crate::error::{Error, Invalid, SolveError};
 use crate::scene::{ApproximationChoice, Judging, Problem, Scheme};
-use crate::solve::{Dual, Ending, EquilibriumPath, Newton, State};
+use crate::solve::{Dual, Ending, EquilibriumPath, Newton, NoAnswer, State};
 
 use super::answer::{Answer, Level, Tolerance, Verdict};
 use super::progress::Limits;
@@ -165,7 +165,7 @@ pub(super) fn doubted<const D: usize>(answer: &Answer<D>) -> Option<String> {
     }
 }
 
-/// Iterates the model of an answer to rest.
+/// Iterates the model of an answer to rest; one that does not come to rest reaches no tolerance.
 fn correct<const D: usize>(
     answer: &mut Answer<D>,
     tolerance: &Tolerance<D>,
@@ -179,11 +179,19 @@ fn correct<const D: usize>(
     let judging = &mut Judging { problem, observer: limits };
     let path = problem.analysis().correct(problem.model(), problem.equations(), guess, judging);
     limits.time = time;
-    let path = path?;
-    if path.ending != Ending::Completed {
+    let path = match path?.reached() {
+        Ok(path) => path,
         // Broken off: what was compared is the answer.
-        return Ok(());
-    }
+        Err(NoAnswer { error: SolveError::BrokenOff { .. }, .. }) => return Ok(()),
+        Err(NoAnswer { error, .. }) => {
+            if answer.reached() {
+                let (kind, unknowns) = (&answer.choice, problem.model().unknowns());
+                answer.verdict =
+                    Verdict::NotReached(format!("{kind} of {unknowns} unknowns do not come to rest: {error}"));
+            }
+            return Ok(());
+        }
+    };
     if let Some(level) = answer.levels.last_mut() {
         for (k, quantity) in tolerance.quantities.iter().enumerate() {
             level.values[k] = quantity.evaluate(problem, path.last())?;
@@ -233,4 +241,50 @@ fn changes<const D: usize>(a: &Level, b: &Level, tolerance: &Tolerance<D>) -> im
             if a == b { 0.0 } else { ((b - a) / b.abs().max(quantity.size)).abs() }
         },
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::super::answer::Budget;
+    use super::*;
+    use crate::geometry::{Block, Side};
+    use crate::kinematics::PlaneStrain;
+    use crate::material::Rubber;
+    use crate::scene::Scene;
+
+    /// A model that was compared and then does not come to rest: its tolerance is not reached, whatever its bound.
+    #[test]
+    fn models_that_do_not_come_to_rest_reach_nothing() {
+        let rubber = Rubber::neo_hookean(0.5, 10.0).unwrap();
+        let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber).hold((0, Side::Min)).prescribe(
+            (0, Side::Max),
+            1,
+            0.5,
+        );
+        let tolerance = Tolerance::of(Quantity::energy(), 0.1);
+        let clock = || Duration::ZERO;
+        let (mut watch, scheme) = ((), Scheme::default().particles([5, 4]));
+        let limits = &mut Limits::new(&mut watch, Budget::default(), &clock);
+        for stalls in [false, true] {
+            let model = Model { scene: scene.clone(), scheme: scheme.clone(), counts: vec![5, 4], spacing: 1.0 };
+            let mut answer = solve(model, &tolerance, None, limits).unwrap();
+            (answer.verdict, answer.rough) = (Verdict::Reached, true);
+            if stalls {
+                // From afar, one iteration.
+                answer.problem.analysis_mut().newton.iterations = 1;
+                let state = &mut answer.path.steps.last_mut().unwrap().state;
+                state.displacement.iter_mut().for_each(|u| *u *= 0.9);
+            }
+            settle(&mut answer, &tolerance, limits).unwrap();
+            assert_eq!(answer.reached(), !stalls, "{:?}", answer.verdict);
+            let told = |why: &str| why.contains("do not come to rest");
+            assert!(
+                !stalls || matches!(&answer.verdict, Verdict::NotReached(why) if told(why)),
+                "{:?}",
+                answer.verdict
+            );
+        }
+    }
 }
