@@ -10,7 +10,7 @@ use crate::geometry::{Mat3, padded};
 use nalgebra::SVector;
 use std::collections::HashSet;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// One cell of a [`VtkGrid`]: indices into its points, in VTK's order.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -283,8 +283,8 @@ pub struct PvdCollection {
 }
 
 impl PvdCollection {
-    /// Appends a file. A path below the collection's own directory is written relative to it;
-    /// any other is written as it stands.
+    /// Appends a file. Its path is written relative to the collection's own directory, so that both may move together; on
+    /// another drive it is written in full.
     pub fn push(&mut self, time: f64, file: impl Into<PathBuf>) -> &mut Self {
         self.entries.push((time, file.into()));
         self
@@ -298,8 +298,7 @@ impl PvdCollection {
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
         let path = path.as_ref();
         // However both are written: `./out/run.pvd` and `out/step.vtu` are in one directory.
-        let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-        let own = whole(path);
+        let own = located(path);
         let directory = own.parent().unwrap_or_else(|| Path::new(""));
         let mut xml = String::from(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
@@ -315,8 +314,7 @@ impl PvdCollection {
                     ),
                 }
             );
-            let place = whole(file);
-            let beside = place.strip_prefix(directory).unwrap_or(file);
+            let beside = relative(&located(file), directory);
             // ParaView reads forward slashes on every system.
             let name = escaped(&beside.display().to_string().replace('\\', "/"));
             let _ = writeln!(xml, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{name}\"/>");
@@ -324,6 +322,35 @@ impl PvdCollection {
         xml.push_str("</Collection>\n</VTKFile>\n");
         write_file(path, &["pvd"], &xml)
     }
+}
+
+/// The place of a file from the root, without dots and links on the way: `a/../b` is not `b` where `a` is a link.
+fn located(file: &Path) -> PathBuf {
+    let whole = std::path::absolute(file).unwrap_or_else(|_| file.to_path_buf());
+    let (directory, name) = match (whole.parent(), whole.file_name()) {
+        (Some(directory), Some(name)) => (directory, Path::new(name)),
+        _ => (&*whole, Path::new("")),
+    };
+    // What is not there yet will be, and no link.
+    let known = |there: &Path| Some((there.canonicalize().ok()?, directory.strip_prefix(there).ok()?.to_path_buf()));
+    let (mut place, rest) = directory.ancestors().find_map(known).unwrap_or_else(|| (directory.into(), PathBuf::new()));
+    for part in rest.components() {
+        match part {
+            Component::ParentDir => _ = place.pop(),
+            part => place.push(part),
+        }
+    }
+    place.join(name)
+}
+
+/// The way to a file from a directory, both from the root; the file as it is where they have no root in common.
+fn relative(file: &Path, directory: &Path) -> PathBuf {
+    let common = file.components().zip(directory.components()).take_while(|(own, other)| own == other).count();
+    if common == 0 {
+        return file.to_path_buf();
+    }
+    let up = directory.components().skip(common).map(|_| Component::ParentDir);
+    up.chain(file.components().skip(common)).collect()
 }
 
 /// Appends one inline binary array: base64 of (byte count, bytes) as a single stream.

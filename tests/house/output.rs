@@ -87,6 +87,38 @@ fn collections_name_files_as_they_lie_beside_them() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
+/// Files that lie elsewhere are found from where the collection is, whatever dots and links their paths have.
+#[test]
+fn collections_find_files_that_lie_elsewhere() {
+    let folder = fresh("elsewhere");
+    std::fs::create_dir_all(folder.join("a/b")).unwrap();
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("a/b", folder.join("link")).unwrap();
+    let mut cases = vec![
+        ("a/run.pvd", "a/../s.vtu", "../s.vtu"),
+        ("a/run.pvd", "a/b/../s.vtu", "s.vtu"),
+        ("a/run.pvd", "steps/s.vtu", "../steps/s.vtu"),
+        ("a/b/../run.pvd", "a/b/s.vtu", "b/s.vtu"),
+        ("new/../run.pvd", "new/s.vtu", "new/s.vtu"),
+        ("new/one/run.pvd", "new/two/s.vtu", "../two/s.vtu"),
+    ];
+    if cfg!(unix) {
+        cases.extend([("link/../run.pvd", "a/s.vtu", "s.vtu"), ("run.pvd", "link/../s.vtu", "a/s.vtu")]);
+    }
+    for (film, file, expected) in cases {
+        let mut films = PvdCollection::default();
+        films.push(0.0, folder.join(file));
+        films.write(folder.join(film)).unwrap();
+        let xml = std::fs::read_to_string(folder.join(film)).unwrap();
+        assert!(xml.contains(&format!("file=\"{expected}\"")), "{film}, {file}: {xml}");
+        // There it is.
+        grid().write(folder.join(file)).unwrap();
+        let found = folder.join(film).parent().unwrap().join(expected).canonicalize().unwrap();
+        assert_eq!(found, folder.join(file).canonicalize().unwrap());
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
 /// Names that XML makes the same are the same.
 #[test]
 fn fields_are_told_apart_by_the_names_that_are_written() {
