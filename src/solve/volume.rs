@@ -1,5 +1,6 @@
 //! The volume behind a loaded boundary: control an inflation by what is pumped in.
 
+use crate::error::SolveError;
 use crate::geometry::{Mat3, Vec3, padded};
 use crate::table::ShapeTable;
 use crate::tensor::{Tangent, add_determinant_hessian, cofactor};
@@ -19,11 +20,28 @@ pub struct EnclosedVolume<const D: usize> {
 
 impl<const D: usize> EnclosedVolume<D> {
     /// The volume behind the boundary of a table with normals and values.
-    pub fn new(table: ShapeTable<D>) -> Self {
+    ///
+    /// # Errors
+    /// [`SolveError::Empty`] for a table without normals or without values: no boundary moves behind it.
+    pub fn new(table: ShapeTable<D>) -> Result<Self, SolveError> {
+        ensure!(
+            table.point_count() > 0 && table.normals().len() == table.point_count(),
+            SolveError::Empty {
+                what: "normals at the points of an enclosed volume",
+                remedy: "points inside a body have none: tabulate it over the points of a boundary (Cells::boundary)",
+            }
+        );
+        ensure!(
+            table.has_values(),
+            SolveError::Empty {
+                what: "values in the table of an enclosed volume",
+                remedy: "smoothed tables hold gradients alone: tabulate the points of the boundary with ShapeTable::new",
+            }
+        );
         let mut volume = EnclosedVolume { table, at_rest: 0.0 };
         let rest = vec![0.0; volume.table.node_count() * D];
         volume.at_rest = volume.total(&rest);
-        volume
+        Ok(volume)
     }
 
     /// Directions in which the kinematics moves: the plane's and the hoops'.

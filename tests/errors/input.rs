@@ -9,7 +9,7 @@ use rkpm::error::{ApproximationError, BoundaryError, GeometryError, MaterialErro
 use rkpm::prelude::*;
 use rkpm::quadrature::gauss_legendre;
 use rkpm::scene::{ConstraintKind, ConstraintMethod, Rule};
-use rkpm::solve::{Newton, State};
+use rkpm::solve::{EnclosedVolume, Newton, State};
 
 const NAN: f64 = f64::NAN;
 const INFINITY: f64 = f64::INFINITY;
@@ -611,6 +611,20 @@ fn pressures_on_points_without_normals() {
     for points in [bare, lattice.gauss(2).unwrap()] {
         let error = run(&points).unwrap_err();
         refused!(error, Error::Solve(SolveError::Empty { .. }), ["normals at the points of a pressure", "a boundary"]);
+    }
+}
+
+#[test]
+fn volumes_behind_no_boundary() {
+    let lattice = Block::new([0.0, 0.0], [1.0, 1.0]).lattice([4, 4]).unwrap();
+    let functions = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let face = lattice.boundary(&Side::Max.into(), 1, 2).unwrap().points;
+    let volume = |points: &Points<2>| EnclosedVolume::new(ShapeTable::new(&functions, points, &PlaneStrain).unwrap());
+    assert!(volume(&face).is_ok());
+    let bare = Points { normals: Vec::new(), ..face };
+    for points in [bare, lattice.gauss(2).unwrap()] {
+        let error = volume(&points).map(|_| ()).unwrap_err();
+        refused!(error, SolveError::Empty { .. }, ["normals at the points of an enclosed volume", "a boundary"]);
     }
 }
 

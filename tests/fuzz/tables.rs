@@ -132,8 +132,10 @@ fn uses<const D: usize>(input: &mut Input, table: ShapeTable<D>, positions: &[Po
         return;
     }
     let state = State::at_rest(&model, &rows);
-    let _ = analysis.run_controlled(&model, &rows, state.clone(), &volume, &[0.01], &mut ());
-    let _ = volume.value(&state.displacement);
+    if let Ok(volume) = volume {
+        let _ = analysis.run_controlled(&model, &rows, state.clone(), &volume, &[0.01], &mut ());
+        let _ = volume.value(&state.displacement);
+    }
 }
 
 fn spoilt_points<const D: usize>(input: &mut Input, points: &mut Points<D>) {

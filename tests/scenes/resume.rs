@@ -153,7 +153,7 @@ fn controlled_runs_resume_to_the_bit() {
     let mut model = Model::new(rk.nodes());
     model.add(Body::new(body, Rubber::neo_hookean(0.5, 1e5).unwrap(), PressureField::Linear));
     model.add(Pointwise::new(inner.clone(), FollowerPressure { pressure: 1.0, amplitude: Amplitude::Ramp }));
-    let volume = EnclosedVolume::new(inner);
+    let volume = EnclosedVolume::new(inner).unwrap();
     let targets = [1.1f64, 4.0, 1.5].map(|s| 4.0 / 3.0 * std::f64::consts::PI * (s.powi(3) - 1.0));
     let rows = Constraints::default();
     let analysis = Analysis { newton: Newton { iterations: 6, ..Newton::default() }, ..Analysis::default() };

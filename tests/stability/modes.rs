@@ -25,7 +25,7 @@ fn shell(control: StepControl) -> (Problem<1>, EnclosedVolume<1>) {
     let lattice = block.lattice([9]).unwrap();
     let rk = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
     let points = lattice.boundary(&Side::Min.into(), 1, 1).unwrap().points;
-    (problem, EnclosedVolume::new(ShapeTable::new(&rk, &points, &RadialSphere).unwrap()))
+    (problem, EnclosedVolume::new(ShapeTable::new(&rk, &points, &RadialSphere).unwrap()).unwrap())
 }
 
 /// Stops an analysis once a functional is beyond a value.

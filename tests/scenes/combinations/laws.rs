@@ -133,7 +133,7 @@ fn enclosed<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>) -
         _ => (0, Side::Max).into(),
     };
     let facets = problem.cells().boundary(&part, 2, 2)?;
-    Ok(EnclosedVolume::new(problem.tabulate(&facets.points, &*S::kinematics(case))?))
+    Ok(EnclosedVolume::new(problem.tabulate(&facets.points, &*S::kinematics(case))?)?)
 }
 
 /// Forces and moments of conditions, loads and contacts sum to nothing.
