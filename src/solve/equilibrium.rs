@@ -198,11 +198,11 @@ impl<'a> Equilibrium<'a> {
     }
 
     /// Takes as much of a step as is admissible, or a given part of that: of the displacement, the condensed unknowns, which follow
-    /// from it, the multipliers and the load factor.
+    /// from it, the multipliers and the load factor. Where it is refused the state stays as it is.
     ///
     /// # Errors
-    /// [`Cause::StepLimited`] where nothing of the step is admissible, [`Cause::NotFinite`], and [`Cause::Refused`] for a state or a
-    /// step of another problem.
+    /// [`Cause::StepLimited`] where nothing of the step is admissible, [`Cause::NotFinite`] for a step or a part of it that is no number,
+    /// and [`Cause::Refused`] for a state or a step of another problem.
     pub fn apply(&mut self, step: &Increment, part: f64, state: &mut State) -> Result<Applied, Cause> {
         state.check_lengths(self.model, self.equations)?;
         self.check("displacement of a step", step.displacement.len(), self.model.unknowns())?;
@@ -210,6 +210,9 @@ impl<'a> Equilibrium<'a> {
         if !step.kept.is_empty() {
             self.check("pressures of a step", step.kept.len(), self.system.zones.len())?;
         }
+        // A state would keep what is no number for good.
+        let finite = part.is_finite() && step.is_finite() && (step.norm() / self.size(&state.displacement)).is_finite();
+        ensure!(self.on_all_ranks(finite), Cause::NotFinite);
         self.condensed.resize(state.condensed.len(), Vec::new());
         for (own, condensed) in self.condensed.iter_mut().zip(&state.condensed) {
             own.clear();
@@ -227,7 +230,6 @@ impl<'a> Equilibrium<'a> {
         state.multipliers.iter_mut().zip(&step.multipliers).for_each(|(m, s)| add(m, s));
         state.load += taken * step.load;
         let increment = step.norm() / self.size(&state.displacement);
-        ensure!(increment.is_finite(), Cause::NotFinite);
         let condensed = condensed_change(self.model, &self.condensed, &state.condensed);
         let load = step.load.abs() / state.load.abs().max(LEAST_LOAD);
         Ok(Applied { part: taken, admissible: taken == part, increment, condensed, load })
@@ -257,13 +259,17 @@ impl<'a> Equilibrium<'a> {
         state.condensed = self.model.at_own(&*state).update_history();
         self.react(state);
         let spoilt = state.condensed.iter().position(|own| own.iter().any(|number| !number.is_finite()));
-        let finite = f64::from(u8::from(spoilt.is_none()));
-        if self.model.ranks().map_or(finite, |ranks| ranks.least(finite)) == 1.0 {
+        if self.on_all_ranks(spoilt.is_none()) {
             return Ok(());
         }
         let term = spoilt.map_or("a term".to_string(), |term| format!("term {term}"));
         let what = "what it remembers of the step is not finite: write finite numbers in Material::remember() or Term::update()";
         Err(Cause::Term(format!("{term} of the model: {what}")))
+    }
+
+    /// Whether something holds on this rank and on all others: they go on together.
+    fn on_all_ranks(&self, mine: bool) -> bool {
+        self.model.ranks().map_or(mine, |ranks| ranks.least(f64::from(u8::from(mine))) == 1.0)
     }
 
     /// Writes the multipliers of a converged state, for strategies whose multipliers are no unknowns.

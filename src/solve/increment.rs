@@ -56,6 +56,13 @@ impl Increment {
         Ok(())
     }
 
+    /// Whether all numbers of it are finite.
+    pub(super) fn is_finite(&self) -> bool {
+        let Increment { displacement, multipliers, load, kept, .. } = self;
+        let mut numbers = displacement.iter().chain(multipliers).chain(kept.as_flattened()).chain([load]);
+        numbers.all(|number| number.is_finite())
+    }
+
     /// All numbers of it that add up.
     fn numbers(&mut self) -> impl Iterator<Item = &mut f64> {
         let Increment { displacement, multipliers, load, kept, .. } = self;

@@ -300,6 +300,35 @@ fn lists_of_other_problems_are_refused() -> Result<(), rkpm::Error> {
     Ok(())
 }
 
+/// A state never takes over what is no number, and stays as it is where a step is refused.
+#[test]
+fn steps_that_are_no_numbers_are_refused() -> Result<(), rkpm::Error> {
+    let problem = under_a_shaft();
+    let (mut equilibrium, mut state) = (problem.equilibrium()?, problem.at_rest());
+    equilibrium.linearize(&state)?;
+    let (step, rest) = (equilibrium.solve(Rhs::Load)?, state.clone());
+    let spoilt = |spoil: &dyn Fn(&mut Increment)| {
+        let mut step = step.clone();
+        spoil(&mut step);
+        step
+    };
+    let steps = [
+        spoilt(&|step| step.displacement[3] = f64::NAN),
+        spoilt(&|step| step.displacement[3] = f64::INFINITY),
+        spoilt(&|step| step.displacement[3] = f64::MAX),
+        spoilt(&|step| step.multipliers[0] = f64::NAN),
+        spoilt(&|step| step.load = f64::NAN),
+    ];
+    for (part, step) in steps.iter().map(|step| (1.0, step)).chain([(f64::NAN, &step), (f64::INFINITY, &step)]) {
+        let applied = equilibrium.apply(step, part, &mut state);
+        assert!(matches!(applied, Err(Cause::NotFinite)), "{applied:?}");
+        assert_eq!(state, rest);
+    }
+    equilibrium.apply(&step, 1.0, &mut state)?;
+    assert!(state.load > 0.0 && state != rest);
+    Ok(())
+}
+
 /// Equations of one's own stand beside those of the scene: a reaction is that of its part, and what is refused leaves nothing behind.
 #[test]
 fn own_equations_leave_those_of_the_scene_as_they_are() -> Result<(), rkpm::Error> {
