@@ -236,7 +236,7 @@ class Scene:
     def solve(self, *, particles: int | Sequence[int] | None = None, spacing: float | None = None, order: int | None = None, elements: bool = False, dilation: float | None = None, seed: int | None = None, steps: int | None = None, arc_length: bool = False, within: float | None = None, of: str | tuple[str, Any, int] | None = None, progress: bool | Callable[[float, int], Any] | None = None) -> Path:
         """Solves the scene."""
     def history(self, stages: Mapping[str, Callable[[Scene], Scene]], *, particles: int | Sequence[int] | None = None, spacing: float | None = None, order: int | None = None, elements: bool = False, steps: int | None = None, progress: bool | Callable[[float, int], Any] | None = None) -> list[Path]:
-        """Solves the scene, then stages that change it, each from where the one before ended: `{name: function}`, a function takes the scene of the stage before and gives the next one, by `without`, `move_on`, `move`, … . Gives a path for each stage, the first for the scene itself. How: as in `solve`. Where a run ends early the exception has the paths of all stages up to there as `paths`."""
+        """Solves the scene, then stages that change it, each from where the one before ended: `{name: function}`, a function takes the scene of the stage before and gives the next one, by `without`, `move_on`, `move`, … . Gives a path for each stage, the first for the scene itself. How: as in `solve`. Where a run ends early, or a stage cannot begin, the exception has the paths of all stages up to there as `paths`."""
     @property
     def path(self) -> Path | None:
         """The path of the last run, however it ended."""

@@ -473,7 +473,8 @@ impl Scene {
 
     /// Solves the scene, then stages that change it, each from where the one before ended: `{name: function}`, a function takes the scene
     /// of the stage before and gives the next one, by `without`, `move_on`, `move`, … . Gives a path for each stage, the first for the scene
-    /// itself. How: as in `solve`. Where a run ends early the exception has the paths of all stages up to there as `paths`.
+    /// itself. How: as in `solve`. Where a run ends early, or a stage cannot begin, the exception has the paths of all stages up to there as
+    /// `paths`.
     #[pyo3(signature = (stages, *, particles=None, spacing=None, order=None, elements=false, steps=None, progress=None))]
     fn history(
         &self,
@@ -515,23 +516,31 @@ impl Scene {
                     let (problem, path, faults) = (stage.problem, stage.path, faults.clone());
                     Path::$variant(Arc::new(Run { problem, path, bound: None, why: None, seconds: f64::NAN, faults }))
                 };
-                found.map(|stages| stages.into_iter().map(path).collect::<Vec<_>>())
+                let (stages, ended) = match found {
+                    Ok(stages) => (stages, Ok(())),
+                    Err(broken) => (broken.stages, Err(*broken.error)),
+                };
+                (stages.into_iter().map(path).collect::<Vec<_>>(), ended)
             }};
         }
-        let paths = match &self.inner {
+        let (paths, ended) = match &self.inner {
             AnyScene::One(scene) => run!(scene, one),
             AnyScene::Two(scene) => run!(scene, two),
             AnyScene::Three(scene) => run!(scene, three),
         };
-        let paths = watch.finish(py, paths)?;
+        let ended = watch.finish(py, ended);
         let paths: Vec<Py<Path>> = paths.into_iter().map(|path| Py::new(py, path)).collect::<PyResult<_>>()?;
-        if let Some(last) = paths.last() {
-            *self.path.lock().unwrap_or_else(PoisonError::into_inner) = Some(last.clone_ref(py));
-            if let Err(error) = watch.judge(py, last) {
-                error.value(py).setattr("paths", paths)?;
-                return Err(error);
+        let Some(last) = paths.last() else { return ended.map(|()| paths) };
+        *self.path.lock().unwrap_or_else(PoisonError::into_inner) = Some(last.clone_ref(py));
+        let error = match ended.map(|()| watch.judge(py, last)) {
+            Ok(Ok(())) => return Ok(paths),
+            Ok(Err(error)) => error,
+            Err(error) => {
+                error.value(py).setattr("path", last)?;
+                error
             }
-        }
-        Ok(paths)
+        };
+        error.value(py).setattr("paths", paths)?;
+        Err(error)
     }
 }

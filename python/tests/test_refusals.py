@@ -112,6 +112,20 @@ def test_a_stage_that_stalls_keeps_the_paths_of_all():
     assert stalled.value.paths[-1] is stalled.value.path
 
 
+def test_a_stage_that_cannot_begin_keeps_the_paths_before():
+    scene = rkpm.Scene(BLOCK, LAW).hold((0, "min")).move((0, "max"), [0.1, 0], name="pull")
+    with pytest.raises(rkpm.Error, match="nowhere") as refused:
+        scene.history({"next": lambda scene: scene.hold("nowhere")}, particles=[5, 3])
+    assert [path.ending for path in refused.value.paths] == ["completed"]
+    assert refused.value.paths[-1] is refused.value.path is scene.path
+
+    def fails(scene):
+        raise ValueError("mine")
+    with pytest.raises(ValueError, match="mine") as raised:
+        scene.history({"next": fails}, particles=[5, 3])
+    assert raised.value.paths[0].ending == "completed"
+
+
 def test_an_unstable_state_is_refused_and_keeps_its_path():
     column = rkpm.Scene(rkpm.Block([0, 0], [2, 1]), LAW).prescribe((0, "min"), 0, 0).prescribe((1, "min"), 1, 0)
     with pytest.raises(rkpm.Error, match="unstable modes") as refused:

@@ -57,4 +57,4 @@ pub(crate) use results::transfer::{coefficients, values};
 pub use results::verdict::FixedInside;
 pub(crate) use results::verdict::{Judging, fixed_inside};
 pub(crate) use results::view::BodyView;
-pub use stages::{StagePath, Stages, history, write_stages};
+pub use stages::{BrokenHistory, StagePath, Stages, history, write_stages};

@@ -63,7 +63,7 @@ fn radial_lines_in_any_unit() {
 #[test]
 fn bodies_inside_a_contact_of_a_later_stage() {
     let scheme = Scheme::default().particles([5, 5]);
-    let penetrates = |stages: Stages<2>, taken: bool| match stages.run(&scheme) {
+    let penetrates = |stages: Stages<2>, taken: bool| match stages.run(&scheme).map_err(Error::from) {
         Ok(_) => assert!(taken),
         Err(Error::Contact(ContactError::Penetrates { depth, .. })) => {
             assert!(!taken && abs_diff_eq!(depth, 0.1, epsilon = 1e-6), "{depth}");

@@ -386,7 +386,7 @@ fn questions_that_have_no_answer() {
         ),
         (sound().solve_within(&Tolerance::of(force().relative_to(-1.0), 0.1), Budget::default()).map(|_| ()), "size"),
         (sound().solve_within(&Tolerance::of(Quantity::reaction("lid", 0), 0.1), Budget::default()).map(|_| ()), "lid"),
-        (beyond.run(&coarse()).map(|_| ()), "press"),
+        (beyond.run(&coarse()).map(|_| ()).map_err(Error::from), "press"),
         (arc.run().map(|_| ()), "ArcLength"),
         (other.resume(path.clone(), &mut ()).map(|_| ()), "another problem"),
         (Rubber::neo_hookean(-0.5, 1e3).map(|_| ()).map_err(Error::from), "A_10"),

@@ -139,11 +139,12 @@ fn journals_of_something_else_are_refused() {
     says(Journal::read(&file).unwrap_err().into(), "read_stages");
     says(Journal::reopen(&file).err().unwrap().into(), "run_journaled");
     let press = |name: &str| Stages::new(name, block());
-    says(press("press").run_journaled(&scheme(), &file, &mut ()).err().unwrap(), "calls it press");
-    says(press("push in").run_journaled(&scheme(), &file, &mut ()).err().unwrap(), "has no such stage");
+    let refusal = |stages: Stages<2>, file| Error::from(stages.run_journaled(&scheme(), file, &mut ()).err().unwrap());
+    says(refusal(press("press"), &file), "calls it press");
+    says(refusal(press("push in"), &file), "has no such stage");
     // The same names and another scene.
     let other = press("push in").then("release", |scene| scene).then("load", |scene| scene);
-    assert!(matches!(other.run_journaled(&scheme(), &file, &mut ()), Err(Error::Solve(_))));
+    assert!(matches!(refusal(other, &file), Error::Solve(_)));
     let text = std::fs::read_to_string(&file).unwrap();
     let lines: Vec<&str> = text.split_inclusive('\n').collect();
     let end = lines.iter().position(|line| line.contains("\"end\"")).unwrap();
@@ -153,7 +154,7 @@ fn journals_of_something_else_are_refused() {
     let problem = block().discretize(&scheme()).unwrap();
     drop(Journal::create(&single, &problem.at_rest()).unwrap());
     says(Journal::read_stages(&single).unwrap_err().into(), "without stages");
-    says(fit().run_journaled(&scheme(), &single, &mut ()).err().unwrap(), "Journal::reopen");
+    says(refusal(fit(), &single), "Journal::reopen");
 }
 
 /// One collection for ParaView and one table for all stages.
@@ -276,7 +277,7 @@ fn a_turned_rigid_body_is_led_back() {
 
 #[test]
 fn stages_that_can_not_be() {
-    let refusal = |stages: Stages<2>| stages.run(&scheme()).err().unwrap();
+    let refusal = |stages: Stages<2>| Error::from(stages.run(&scheme()).err().unwrap());
     let warm = Stages::new("cold", block()).then("warm", |scene| scene.with_expansion(1.01));
     assert!(matches!(refusal(warm), Error::Incompatible(Incompatible { .. })));
     let error = refusal(fit().then("again", |scene| scene.without("nothing")));
@@ -292,6 +293,24 @@ fn stages_that_can_not_be() {
     let paths = fit().stepping(Stepping { steps: 1, first: 0.1, ..arc }).then("never", |scene| scene);
     let paths = paths.run(&scheme()).unwrap();
     assert!(paths.len() == 3 && matches!(paths[2].path.ending, Ending::Stalled(_)));
+}
+
+/// The stages before one that can't be discretised, begun or run are not lost.
+#[test]
+fn a_stage_that_can_not_be_run_leaves_those_before() {
+    let whole = fit().run(&scheme()).unwrap();
+    let nowhere = fit().then("nowhere", |scene| scene.hold("no such part"));
+    let warm = fit().then("warm", |scene| scene.with_expansion(1.01));
+    let singular = fit().stepping(Stepping { first: f64::NAN, ..Stepping::default() });
+    for (history, done) in [(nowhere, 3), (warm, 3), (singular, 2)] {
+        let broken = history.run(&scheme()).err().unwrap();
+        assert_eq!(broken.stages.len(), done, "{broken:?}");
+        for (stage, expected) in broken.stages.iter().zip(&whole) {
+            assert_eq!((&stage.name, &stage.path), (&expected.name, &expected.path));
+        }
+        let words = broken.to_string();
+        assert_eq!(Error::from(broken).to_string(), words);
+    }
 }
 
 /// What keeps a plate's shape where a condition by its name keeps it too tells nothing: turned to and fro in two stages and let go in a third,

@@ -5,9 +5,12 @@ use std::path::Path;
 use crate::error::{Error, OutputError};
 use crate::output::Journal;
 use crate::scene::Scheme;
-use crate::solve::Observer;
+use crate::solve::{EquilibriumPath, Observer};
 
-use super::{StagePath, Stages};
+use super::{BrokenHistory, StagePath, Stages};
+
+/// A journal that exists, and the stages that it holds.
+type Opened = (Option<Journal>, Vec<(String, EquilibriumPath)>);
 
 impl<const D: usize> Stages<D> {
     /// Runs the history with one [`Journal`] of all stages, watched by an observer. Where the file exists it goes on with what it holds,
@@ -21,23 +24,10 @@ impl<const D: usize> Stages<D> {
         scheme: &Scheme,
         file: impl AsRef<Path>,
         observer: &mut dyn Observer,
-    ) -> Result<Vec<StagePath<D>>, Error> {
+    ) -> Result<Vec<StagePath<D>>, BrokenHistory<D>> {
         let file = file.as_ref();
-        let exists =
-            file.try_exists().map_err(|source| OutputError::Io { path: file.display().to_string(), source })?;
-        let (mut journal, given) = match exists.then(|| Journal::reopen_stages(file)).transpose()? {
-            Some((journal, given)) => (Some(journal), given),
-            None => (None, Vec::new()),
-        };
+        let (mut journal, given) = self.opened(file)?;
         let (known, paths): (Vec<String>, Vec<_>) = given.into_iter().unzip();
-        if let Some(k) = (0..known.len()).find(|&k| self.names().nth(k) != Some(&known[k])) {
-            let own = self.names().nth(k).map_or("has no such stage".into(), |own| format!("calls it {own}"));
-            let what = format!(
-                "stage {k} of the journal is {}, the history {own}: resume with the history that it was recorded with",
-                known[k]
-            );
-            return Err(OutputError::Journal { path: file.display().to_string(), line: 0, what }.into());
-        }
         self.go_on(scheme, paths, |stage, problem, path| {
             let journal = match &mut journal {
                 Some(journal) => {
@@ -52,5 +42,23 @@ impl<const D: usize> Stages<D> {
             journal.end(&path)?;
             Ok(path)
         })
+    }
+
+    /// The journal of a file, where it exists and is one of this history.
+    fn opened(&self, file: &Path) -> Result<Opened, Error> {
+        let io = |source| OutputError::Io { path: file.display().to_string(), source };
+        if !file.try_exists().map_err(io)? {
+            return Ok((None, Vec::new()));
+        }
+        let (journal, given) = Journal::reopen_stages(file)?;
+        if let Some(k) = (0..given.len()).find(|&k| self.names().nth(k) != Some(&given[k].0)) {
+            let own = self.names().nth(k).map_or("has no such stage".into(), |own| format!("calls it {own}"));
+            let what = format!(
+                "stage {k} of the journal is {}, the history {own}: resume with the history that it was recorded with",
+                given[k].0
+            );
+            return Err(OutputError::Journal { path: file.display().to_string(), line: 0, what }.into());
+        }
+        Ok((Some(journal), given))
     }
 }

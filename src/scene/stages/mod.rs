@@ -9,9 +9,9 @@ mod stage_path;
 use crate::error::{BoundaryError, Error, SolveError};
 use crate::solve::{Ending, EquilibriumPath, Observer, Stepping};
 
-use super::{Scene, Scheme};
+use super::{Problem, Scene, Scheme};
 
-pub use stage_path::{StagePath, history, write_stages};
+pub use stage_path::{BrokenHistory, StagePath, history, write_stages};
 
 /// What a stage changes in the scene of the one before.
 type Change<const D: usize> = Box<dyn Fn(Scene<D>) -> Scene<D> + Send + Sync>;
@@ -88,9 +88,9 @@ impl<const D: usize> Stages<D> {
     /// Runs one stage after the other, up to the first that does not end with an answer ([`EquilibriumPath::completed`]).
     ///
     /// # Errors
-    /// As [`Scene::discretize`] and [`Problem::run`](super::Problem::run), for names that are empty or given twice, and for stages
-    /// that change the bodies.
-    pub fn run(&self, scheme: &Scheme) -> Result<Vec<StagePath<D>>, Error> {
+    /// [`BrokenHistory`] with the stages before and why the next one could not be run: as [`Scene::discretize`] and
+    /// [`Problem::run`](super::Problem::run), for names that are empty or given twice, and for stages that change the bodies.
+    pub fn run(&self, scheme: &Scheme) -> Result<Vec<StagePath<D>>, BrokenHistory<D>> {
         self.run_with(scheme, &mut ())
     }
 
@@ -98,7 +98,11 @@ impl<const D: usize> Stages<D> {
     ///
     /// # Errors
     /// As [`run`](Stages::run).
-    pub fn run_with(&self, scheme: &Scheme, observer: &mut dyn Observer) -> Result<Vec<StagePath<D>>, Error> {
+    pub fn run_with(
+        &self,
+        scheme: &Scheme,
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<StagePath<D>>, BrokenHistory<D>> {
         self.resume(scheme, Vec::new(), observer)
     }
 
@@ -112,7 +116,7 @@ impl<const D: usize> Stages<D> {
         scheme: &Scheme,
         paths: Vec<EquilibriumPath>,
         observer: &mut dyn Observer,
-    ) -> Result<Vec<StagePath<D>>, Error> {
+    ) -> Result<Vec<StagePath<D>>, BrokenHistory<D>> {
         self.go_on(scheme, paths, |_, problem, path| problem.resume(path, observer))
     }
 
@@ -120,8 +124,23 @@ impl<const D: usize> Stages<D> {
         &self,
         scheme: &Scheme,
         given: Vec<EquilibriumPath>,
-        mut solve: impl FnMut(&str, &super::Problem<D>, EquilibriumPath) -> Result<EquilibriumPath, Error>,
-    ) -> Result<Vec<StagePath<D>>, Error> {
+        solve: impl FnMut(&str, &Problem<D>, EquilibriumPath) -> Result<EquilibriumPath, Error>,
+    ) -> Result<Vec<StagePath<D>>, BrokenHistory<D>> {
+        let mut stages = Vec::with_capacity(self.stages.len());
+        match self.add_to(&mut stages, scheme, given, solve) {
+            Ok(()) => Ok(stages),
+            Err(error) => Err(BrokenHistory { stages, error: Box::new(error) }),
+        }
+    }
+
+    /// Runs the stages one after the other; those before an error are done.
+    fn add_to(
+        &self,
+        done: &mut Vec<StagePath<D>>,
+        scheme: &Scheme,
+        given: Vec<EquilibriumPath>,
+        mut solve: impl FnMut(&str, &Problem<D>, EquilibriumPath) -> Result<EquilibriumPath, Error>,
+    ) -> Result<(), Error> {
         self.check_names()?;
         if given.len() > self.stages.len() {
             let (what, given, needed) = ("paths of stages", given.len(), self.stages.len());
@@ -129,7 +148,6 @@ impl<const D: usize> Stages<D> {
         }
         let mut scene = self.scene.clone();
         let mut given = given.into_iter();
-        let mut done: Vec<StagePath<D>> = Vec::with_capacity(self.stages.len());
         for stage in &self.stages {
             scene = (stage.change)(scene);
             let own = stage.stepping.map(|stepping| scheme.clone().stepping(stepping));
@@ -156,7 +174,7 @@ impl<const D: usize> Stages<D> {
             }
             scene = held::held(scene, time, last);
         }
-        Ok(done)
+        Ok(())
     }
 
     fn check_names(&self) -> Result<(), BoundaryError> {

@@ -1,5 +1,7 @@
 //! What a stage has come to.
 
+use std::fmt;
+
 use crate::each::Each;
 use crate::error::Error;
 use crate::output::{PvdCollection, Table, check_ending};
@@ -14,6 +16,39 @@ pub struct StagePath<const D: usize> {
     pub problem: Problem<D>,
     /// The path.
     pub path: EquilibriumPath,
+}
+
+/// Why a history could not go on, and the stages before.
+#[derive(thiserror::Error)]
+#[error("{error}")]
+pub struct BrokenHistory<const D: usize> {
+    /// The stages that were run, all with an answer.
+    pub stages: Vec<StagePath<D>>,
+    /// Why the next one could not be discretised, begun or run.
+    pub error: Box<Error>,
+}
+
+impl<const D: usize> From<Error> for BrokenHistory<D> {
+    /// Before the first stage.
+    fn from(error: Error) -> Self {
+        BrokenHistory { stages: Vec::new(), error: Box::new(error) }
+    }
+}
+
+impl<const D: usize> From<BrokenHistory<D>> for Error {
+    fn from(broken: BrokenHistory<D>) -> Self {
+        *broken.error
+    }
+}
+
+/// Without the states, which fill pages where a program unwraps the result.
+impl<const D: usize> fmt::Debug for BrokenHistory<D> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("BrokenHistory")
+            .field("error", &self.error)
+            .field("stages", &self.stages.mapped(|stage| &stage.name))
+            .finish()
+    }
 }
 
 /// The tables of [`Problem::history`] of stages in one: the number of the stage, counted from 0, stands first; places that a stage
