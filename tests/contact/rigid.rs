@@ -344,3 +344,29 @@ fn narrow_tools_do_not_pass_through() {
     println!("ball: {stalled:?}");
     assert!(matches!(&stalled.cause, Cause::Refused(why) if why.contains("passed through")), "{stalled:?}");
 }
+
+/// A plane pressed against a face that a rigid body holds flat moves this body as a condition does: elements hold the face flat at each of its
+/// points.
+#[test]
+fn a_plane_pressed_on_a_rigid_body_moves_it() {
+    let block = || {
+        Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+            .hold((1, Side::Min))
+            .rigid("plate", (1, Side::Max))
+            .with(Load::force("plate", [0.1, 0.0]))
+    };
+    for order in [1, 2] {
+        let scheme = Scheme::elements(order).particles([9, 5]);
+        let plane = RigidSurface::plane([0.0, 1.05], [0.0, -1.0]).moving([0.0, -0.1]).named("press");
+        let pressed = block().contact((1, Side::Max), plane).discretize(&scheme).unwrap();
+        let path = pressed.run().unwrap().completed().unwrap();
+        let moved = block().with(Condition::on("plate").component(1, -0.05)).discretize(&scheme).unwrap();
+        let other = moved.run().unwrap().completed().unwrap();
+        let found = pressed.contact(path.last(), "press").unwrap().force[1];
+        let expected = moved.reaction(other.last(), "plate").unwrap()[1];
+        assert_relative_eq!(found, expected, max_relative = 1e-8);
+        let [found, expected] = [(&pressed, &path), (&moved, &other)]
+            .map(|(problem, path)| problem.rigid_motion(path.last(), "plate").unwrap());
+        assert_abs_diff_eq!(found.displacement, expected.displacement, epsilon = 1e-8);
+    }
+}
