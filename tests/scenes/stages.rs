@@ -1,11 +1,12 @@
 //! Stages: each begins where the one before ended.
 
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
+use nalgebra::{Rotation3, Unit, UnitQuaternion, Vector3};
 use rkpm::error::{BoundaryError, Incompatible};
 use rkpm::material::{Prony, Viscoelastic};
 use rkpm::prelude::*;
 use rkpm::scene::{StagePath, Stages, history, write_stages};
-use rkpm::solve::StepControl;
+use rkpm::solve::{State, StepControl};
 
 fn rubber() -> Rubber {
     Rubber::neo_hookean(0.5, 500.0).unwrap()
@@ -37,6 +38,28 @@ fn in_balance(stage: &StagePath<2>, is_loaded: bool) {
     let load = Point::<2>::new(if is_loaded { 0.05 } else { 0.0 }, 0.0);
     let left = (floor + plate.force + load).norm() / floor.norm();
     assert!(left < 1e-8, "{name}: {left:e} of the reaction is not balanced");
+}
+
+/// Steps of a quarter of the load.
+fn quarters() -> Stepping {
+    Stepping { first: 0.25, largest: 0.25, ..Stepping::default() }
+}
+
+/// The displacement by which a turn about a point moves another one.
+fn turned(about: [f64; 2], angle: f64, x: &Point<2>) -> [f64; 2] {
+    let ((sin, cos), y) = (angle.sin_cos(), [x[0] - about[0], x[1] - about[1]]);
+    [cos * y[0] - sin * y[1] - y[0], sin * y[0] + cos * y[1] - y[1]]
+}
+
+/// A condition that turns the plate on [`block`] from one angle to another.
+fn turn(from: f64, to: f64) -> Condition<2> {
+    let way = move |x: &Point<2>, load| turned([1.0, 1.0], from + (to - from) * load, x);
+    Condition::on("plate").named("turn").displacement(Value::motion(way))
+}
+
+/// The angle of a plate in a state of a stage.
+fn angle(stage: &StagePath<2>, state: &State) -> f64 {
+    stage.problem.rigid_motion(state, "plate").unwrap().rotation_vector()[2]
 }
 
 /// A folder of a test's own, emptied first.
@@ -258,21 +281,208 @@ fn a_rigid_body_goes_on() {
 /// the end.
 #[test]
 fn a_turned_rigid_body_is_led_back() {
-    let quarters = Stepping { first: 0.25, largest: 0.25, ..Stepping::default() };
     let turned = block().rigid("plate", (1, Side::Max)).with(Load::moment("plate", [0.0, 0.0, 0.3]).named("turn"));
     let back = |scene: Scene<2>| scene.without("turn").with(Condition::on("plate").displacement([0.0, 0.0]));
-    let paths = Stages::new("turn", turned).then("back", back).run(&scheme().stepping(quarters)).unwrap();
-    let angle = |stage: usize, step: usize| {
-        let StagePath { problem, path, .. } = &paths[stage];
-        problem.rigid_motion(&path.steps[step].state, "plate").unwrap().rotation_vector()[2]
-    };
-    let first = angle(0, paths[0].path.steps.len() - 1);
+    let paths = Stages::new("turn", turned).then("back", back).run(&scheme().stepping(quarters())).unwrap();
+    let first = angle(&paths[0], paths[0].path.last());
     assert!(first > 0.05, "{first}");
-    for (step, left) in [0.75, 0.5, 0.25, 0.0].into_iter().enumerate() {
-        assert_abs_diff_eq!(angle(1, step), left * first, epsilon = 1e-9);
+    for (step, left) in paths[1].path.steps.iter().zip([0.75, 0.5, 0.25, 0.0]) {
+        assert_abs_diff_eq!(angle(&paths[1], &step.state), left * first, epsilon = 1e-9);
     }
     let energy = paths[1].problem.energy(paths[1].path.last()).unwrap();
     assert!(energy < 1e-15 * paths[0].problem.energy(paths[0].path.last()).unwrap(), "{energy}");
+}
+
+/// A plate that was turned by 0.3 goes on by conditions of all kinds: it keeps its shape, turns evenly from where it is, or as a motion says,
+/// and moves on a line.
+#[test]
+fn a_turned_rigid_body_goes_on_from_where_it_is() {
+    let field = |angle: f64, up: f64| {
+        let to = Value::field(move |x: &Point<2>| {
+            let [a, b] = turned([1.0, 1.0], angle, x);
+            [a, b + up]
+        });
+        Condition::on("plate").displacement(to)
+    };
+    type Change = Box<dyn Fn(Scene<2>) -> Scene<2> + Send + Sync>;
+    let led =
+        |condition: Condition<2>| -> Change { Box::new(move |scene| scene.without("turn").with(condition.clone())) };
+    let side = Load::traction((0, Side::Max), [0.01, 0.0]);
+    let late = Amplitude::table(vec![(0.0, 0.0), (0.5, 0.0), (1.0, 1.0)]).unwrap();
+    // What changes, the angle at the end of its own way, at its start, and the displacement of the middle.
+    let cases: [(&str, Change, [f64; 3]); 8] = [
+        ("stays", led(field(0.3, 0.0)), [0.3, 0.3, 0.0]),
+        ("lifted", led(field(0.3, 0.1)), [0.3, 0.3, 0.1]),
+        ("held", Box::new(|scene| scene), [0.3, 0.3, 0.0]),
+        ("loaded", Box::new(move |scene| scene.with(side.clone())), [0.3, 0.3, 0.0]),
+        ("on", led(field(0.6, 0.0)), [0.6, 0.3, 0.0]),
+        ("back and up", led(field(-0.2, 0.1)), [-0.2, 0.3, 0.1]),
+        ("a motion from elsewhere", led(turn(0.1, 0.5)), [0.5, 0.3, 0.0]),
+        ("a table", led(field(0.0, 0.1).amplitude(late)), [0.0, 0.3, 0.1]),
+    ];
+    for (name, change, [end, start, up]) in cases {
+        let stages = Stages::new("to", block().rigid("plate", (1, Side::Max)).with(turn(0.0, start)));
+        let paths = stages.then("go on", change).run(&scheme().stepping(quarters())).unwrap();
+        let stage = &paths[1];
+        assert!(stage.path.ending == Ending::Completed, "{name}: {:?}", stage.path.ending);
+        for step in &stage.path.steps {
+            let (load, motion) = (step.state.load, stage.problem.rigid_motion(&step.state, "plate").unwrap());
+            let (found, expected) = (motion.rotation_vector()[2], start + (end - start) * load);
+            assert_abs_diff_eq!(found, expected, epsilon = 1e-9);
+            let rise = if name == "a table" { (2.0 * load - 1.0).max(0.0) } else { load };
+            assert_abs_diff_eq!(motion.displacement, Point::<2>::new(0.0, up * rise), epsilon = 1e-9);
+            assert_abs_diff_eq!((motion.rotation.transpose() * motion.rotation)[(0, 0)], 1.0, epsilon = 3e-11);
+        }
+    }
+}
+
+/// A block between two plates of one rigid body, which turns with it without a strain.
+fn rigid_block(angle: f64) -> Scene<2> {
+    let way = move |x: &Point<2>, load: f64| turned([0.0; 2], angle * load, x);
+    Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+        .rigid("plate", (1, Side::Min))
+        .rigid("plate", (1, Side::Max))
+        .with(Condition::on("plate").named("turn").displacement(Value::motion(way)))
+}
+
+/// Where a rigid body was turned by half a turn or more, it turns back as it came if it is to be nearer to rest than to where it is, else the
+/// shortest way.
+#[test]
+fn rigid_bodies_turn_back_as_they_came() {
+    let (pi, tau) = (std::f64::consts::PI, std::f64::consts::TAU);
+    let eighths = Stepping { first: 0.125, largest: 0.125, ..Stepping::default() };
+    let cases = [
+        (pi, 0.0, -pi),
+        (-pi, 0.0, pi),
+        (pi - 1e-7, 0.0, 1e-7 - pi),
+        (pi + 1e-7, 0.0, -pi - 1e-7),
+        (3.5, 0.0, -3.5),
+        (3.5, 0.2, -3.3),
+        (2.9, 3.5, 0.6),
+        (3.5, 3.5, 0.0),
+        (3.5, 2.9, -0.6),
+        (7.0, 0.2, -6.8),
+        (7.0, 0.5, tau - 6.5),
+    ];
+    for (first, second, by) in cases {
+        let to = Value::field(move |x: &Point<2>| turned([0.0; 2], second, x));
+        let led = move |scene: Scene<2>| scene.without("turn").with(Condition::on("plate").displacement(to.clone()));
+        let sixteenths = Stepping { first: 0.0625, largest: 0.0625, ..Stepping::default() };
+        let paths = Stages::new("to", rigid_block(first)).stepping(sixteenths).then("go on", led).stepping(eighths);
+        let paths = paths.run(&Scheme::elements(1).particles([3, 2])).unwrap();
+        let stage = &paths[1];
+        assert!(stage.path.ending == Ending::Completed, "{first} to {second}: {:?}", stage.path.ending);
+        for step in &stage.path.steps {
+            let expected = first + by * step.state.load;
+            let found = angle(stage, &step.state);
+            let off = ((found - expected + pi).rem_euclid(tau) - pi).abs();
+            assert!(off < 1e-8 && step.energy.abs() < 1e-12, "{first} to {second}: {found}, energy {:e}", step.energy);
+        }
+    }
+}
+
+/// In space from one axis to another: about the axis between both, at an even rate, near half a turn and at it too.
+#[test]
+fn rigid_bodies_turn_from_axis_to_axis() {
+    let pi = std::f64::consts::PI;
+    let (x, y, oblique) = (Vector3::x(), Vector3::y(), Vector3::new(1.0, -2.0, 0.5).normalize());
+    let cases = [
+        (x * 0.5, y * 0.7, None),
+        (oblique * pi, oblique * 0.0, Some(oblique * pi)),
+        (oblique * (pi + 0.3), x * 0.0, Some(oblique * (pi + 0.3))),
+        (x * 0.5, x * (0.5 - pi + 1e-6), None),
+        (x * (pi - 1e-6), y * 0.1, None),
+    ];
+    for (first, second, back) in cases {
+        let moved = |turn: Vector3<f64>, at: &Point<3>| -> [f64; 3] { (Rotation3::new(turn) * at - at).into() };
+        let scene = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber())
+            .rigid("plate", (2, Side::Min))
+            .rigid("plate", (2, Side::Max))
+            .with(
+                Condition::on("plate")
+                    .named("turn")
+                    .displacement(Value::motion(move |at: &Point<3>, load: f64| moved(first * load, at))),
+            );
+        let to = Value::field(move |at: &Point<3>| moved(second, at));
+        let led = move |scene: Scene<3>| scene.without("turn").with(Condition::on("plate").displacement(to.clone()));
+        let eighths = Stepping { first: 0.125, largest: 0.125, ..Stepping::default() };
+        let scheme = Scheme::elements(1).particles([2]).stepping(eighths);
+        let paths = Stages::new("to", scene).then("go on", led).run(&scheme).unwrap();
+        let stage = &paths[1];
+        assert!(stage.path.ending == Ending::Completed, "{first} to {second}: {:?}", stage.path.ending);
+        let [start, end] = [first, second].map(Rotation3::new);
+        let between = UnitQuaternion::from_rotation_matrix(&(end * start.inverse())).scaled_axis();
+        let between = back.map_or(between, |back| -back);
+        for step in &stage.path.steps {
+            let rotation = stage.problem.rigid_motion(&step.state, "plate").unwrap().rotation;
+            let expected = Rotation3::new(between * step.state.load) * start;
+            assert_abs_diff_eq!(rotation, expected.into_inner(), epsilon = 1e-8);
+            assert!(step.energy.abs() < 1e-12, "{first} to {second}: {:e}", step.energy);
+        }
+    }
+}
+
+/// A plate in space that a moment has tilted is levelled by its height alone: its normal comes up evenly.
+#[test]
+fn a_tilted_plate_is_levelled_by_its_height() {
+    let cube = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber()).hold((2, Side::Min));
+    let tilted = cube.rigid("plate", (2, Side::Max)).with(Load::moment("plate", [0.05, -0.02, 0.01]).named("tilt"));
+    let level = |scene: Scene<3>| scene.without("tilt").with(Condition::on("plate").component(2, -0.05));
+    let paths = Stages::new("tilt", tilted).then("level", level);
+    let paths = paths.run(&Scheme::elements(1).particles([3]).stepping(quarters())).unwrap();
+    let tilt = |stage: &StagePath<3>, state: &State| {
+        let row = stage.problem.rigid_motion(state, "plate").unwrap().rotation.row(2).transpose();
+        Unit::new_normalize(row.cross(&Vector3::z())).into_inner() * row.xy().norm().atan2(row[2])
+    };
+    let [first, levelled] = &paths[..] else { panic!() };
+    let start = tilt(first, first.path.last());
+    assert!(start.norm() > 0.02 && levelled.path.ending == Ending::Completed, "{start}");
+    for step in &levelled.path.steps {
+        let left = (1.0 - step.state.load) * start.norm();
+        let found =
+            levelled.problem.rigid_motion(&step.state, "plate").unwrap().rotation.row(2).transpose().xy().norm();
+        assert_abs_diff_eq!(found, left.sin(), epsilon = 1e-8);
+    }
+}
+
+/// A condition at a point of a plate where a node of its frame lies is one at a point: the point goes straight.
+#[test]
+fn a_point_of_a_rigid_body_goes_straight() {
+    let end = || Place::at([2.0, 1.0]).of("plate");
+    let turned = block().rigid("plate", (1, Side::Max)).with(Load::moment("plate", [0.0, 0.0, 0.3]).named("turn"));
+    let back = move |scene: Scene<2>| scene.with(Condition::on(end()).displacement([0.1, 0.2]).named("end"));
+    let scheme = Scheme::elements(1).particles([5, 3]).stepping(quarters());
+    let paths = Stages::new("turn", turned).then("back", back).run(&scheme).unwrap();
+    let stage = &paths[1];
+    assert!(stage.path.ending == Ending::Completed);
+    let at = |state: &State| {
+        let motion = stage.problem.rigid_motion(state, "plate").unwrap();
+        let arm = Point::<2>::new(2.0, 1.0) - motion.centre;
+        motion.displacement + motion.rotation * arm - arm
+    };
+    let start = at(&stage.path.start);
+    assert!(start.norm() > 0.05);
+    for step in &stage.path.steps {
+        let load = step.state.load;
+        assert_abs_diff_eq!(at(&step.state), start * (1.0 - load) + Point::<2>::new(0.1, 0.2) * load, epsilon = 1e-9);
+    }
+}
+
+/// A stage that adds conditions at both ends of a plate takes ties away, and leaves the plate where it is.
+#[test]
+fn a_rigid_body_with_fewer_ties_stays_where_it_is() {
+    let plate = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+        .hold((1, Side::Min))
+        .rigid("plate", (1, Side::Max))
+        .with(Load::moment("plate", [0.0, 0.0, 0.1]));
+    let stages = Stages::new("turn", plate).then("hold", |scene| scene.hold((0, Side::Min)).hold((0, Side::Max)));
+    let paths = stages.run(&Scheme::elements(1).particles([5, 3])).unwrap();
+    let [turned, held] = &paths[..] else { panic!() };
+    let motion = |stage: &StagePath<2>, state| stage.problem.rigid_motion(state, "plate").unwrap();
+    let (before, after) = (motion(turned, turned.path.last()), motion(held, &held.path.start));
+    assert!(before.rotation[(1, 0)].abs() > 1e-3);
+    assert_abs_diff_eq!(before.rotation, after.rotation, epsilon = 1e-12);
+    assert_abs_diff_eq!(before.displacement, after.displacement, epsilon = 1e-12);
 }
 
 #[test]
@@ -317,14 +527,8 @@ fn a_stage_that_can_not_be_run_leaves_those_before() {
 /// the plate is at rest from the first state of the third on.
 #[test]
 fn a_plate_that_was_turned_by_its_name_is_let_go_without_forces() {
-    let turn = |from: f64, to: f64| {
-        Condition::on("plate").named("turn").displacement(Value::motion(move |x: &Point<2>, load| {
-            let ((sin, cos), y) = ((from + (to - from) * load).sin_cos(), [x[0] - 1.0, x[1] - 1.0]);
-            [cos * y[0] - sin * y[1] - y[0], sin * y[0] + cos * y[1] - y[1]]
-        }))
-    };
     let stages = Stages::new("to", block().rigid("plate", (1, Side::Max)).with(turn(0.0, 0.3)))
-        .then("fro", move |scene| scene.without("turn").with(turn(0.3, 0.0)))
+        .then("fro", |scene| scene.without("turn").with(turn(0.3, 0.0)))
         .then("let go", |scene| scene.without("turn"));
     let paths = stages.run(&scheme()).unwrap();
     let [turned, _, free] = &paths[..] else { panic!() };

@@ -2,10 +2,7 @@
 
 use std::ops::Range;
 
-use nalgebra::Rotation3;
-
 use crate::boundary::{ConstraintEquation, Constraints};
-use crate::each::Each;
 use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Mat3, Point, Vec3, padded};
 use crate::term::Amplitude;
@@ -36,35 +33,6 @@ pub(crate) struct RigidShape {
     pub points: Vec<Vec3>,
     /// Corners in the order of [`Cells::corners`](crate::cells::Cells::corners).
     pub cells: Vec<Vec<usize>>,
-}
-
-/// The rotation of a frame back to where it was not turned, at an even rate while the load factor goes from 0 to 1.
-#[derive(Clone)]
-pub(crate) struct RotationBack {
-    unknowns: Range<usize>,
-    dim: usize,
-    turn: Vec3,
-    arms: Vec<Vec3>,
-}
-
-impl RotationBack {
-    /// Whether a row prescribes a node of the frame: all of them are where the body is led as a whole.
-    pub(crate) fn is_of(&self, entries: &[(usize, f64)]) -> bool {
-        let node = |entry: &(usize, f64)| (entry.0 - self.unknowns.start) / self.dim;
-        entries.iter().all(|entry| self.unknowns.contains(&entry.0))
-            && entries.windows(2).all(|pair| node(&pair[0]) == node(&pair[1]))
-    }
-
-    /// The deviation of what a row prescribes from the straight line between its values at load factors 0 and 1: nodes move on arcs.
-    pub(crate) fn deviation(&self, entries: &[(usize, f64)], load: f64) -> f64 {
-        let left = 1.0 - load;
-        let turned = |part: f64, arm: &Vec3| Rotation3::new(self.turn * part) * arm - arm;
-        entries.summed(|&(k, c)| {
-            let (node, axis) = ((k - self.unknowns.start) / self.dim, (k - self.unknowns.start) % self.dim);
-            let arm = &self.arms[node];
-            c * (turned(left, arm) - turned(1.0, arm) * left)[axis]
-        })
-    }
 }
 
 impl RigidFrame {
@@ -173,14 +141,6 @@ impl RigidFrame {
     /// The displacement of its middle, and its rotation.
     pub(crate) fn motion(&self, displacement: &[f64]) -> (Vec3, Mat3) {
         (self.displacement(&self.centre, displacement), Mat3::identity() + self.gradient(displacement))
-    }
-
-    /// The rotation back from where a displacement has turned it to; none where it has not turned.
-    pub(crate) fn rotation_back(&self, displacement: &[f64]) -> Option<RotationBack> {
-        let turn = Rotation3::from_matrix_unchecked(self.motion(displacement).1).scaled_axis();
-        let arms = self.positions().map(|x| x - self.centre).collect();
-        self.rigidity.filter(|_| turn != Vec3::zeros())?;
-        Some(RotationBack { unknowns: self.unknowns(), dim: self.dim, turn, arms })
     }
 
     /// Adds the rows that leave a rigid body of revolution its motion along the axis alone.

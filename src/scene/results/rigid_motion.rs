@@ -31,7 +31,7 @@ impl<const D: usize> RigidMotion<D> {
 }
 
 /// The rotation vector of a matrix, by the quaternion: the trace alone tells neither small angles nor those near π.
-pub(super) fn rotation_vector(rotation: &Mat3) -> [f64; 3] {
+pub(crate) fn rotation_vector(rotation: &Mat3) -> [f64; 3] {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation)).scaled_axis().into()
 }
 

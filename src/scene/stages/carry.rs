@@ -8,21 +8,22 @@ use crate::boundary::{ConstraintEquation, Constraints};
 use crate::each::{Each, add};
 use crate::error::{Error, Incompatible};
 use crate::linear::vector::dot;
-use crate::scene::{DiscreteBody, Problem, RotationBack};
+use crate::scene::{DiscreteBody, Problem};
 use crate::solve::State;
 use crate::term::{Amplitude, Element, Layout, Term, View, parted_mut};
+
+use super::StagePath;
+use super::turning::{Deviation, deviations};
 
 /// Iterations of conjugate gradients for the forces that conditions carry; each condition takes a few.
 const MOST: usize = 2000;
 /// What they leave of the forces along the conditions.
 const LEFT: f64 = 1e-13;
 
-/// The first state of a stage, with conditions that begin where the body is and forces that fall with the load factor.
-pub(super) fn start<const D: usize>(
-    before: &Problem<D>,
-    state: &State,
-    problem: &mut Problem<D>,
-) -> Result<State, Error> {
+/// The first state of a stage after others, with conditions that begin where the body is and forces that fall with the load factor.
+pub(super) fn start<const D: usize>(done: &[StagePath<D>], problem: &mut Problem<D>) -> Result<State, Error> {
+    let Some(StagePath { problem: before, path, .. }) = done.last() else { return Ok(problem.at_rest()) };
+    let state = path.last();
     // A path of another history.
     state.check_lengths(before.model(), before.equations())?;
     expands_as_before(before, problem)?;
@@ -47,8 +48,8 @@ pub(super) fn start<const D: usize>(
         }
     }
     begin_slips(problem, &mut next);
-    let back: Vec<_> = problem.frames.iter().filter_map(|frame| frame.rotation_back(&next.displacement)).collect();
-    begin_at(&mut problem.equations, &back, &next.displacement);
+    let deviations = deviations(done, problem, &next.displacement);
+    begin_at(&mut problem.equations, &deviations, &next.displacement);
     let left = carry_multipliers(before, state, problem, &mut next)?;
     let nodes: Vec<[u32; 1]> = (0..problem.model.node_count() as u32).map(|node| [node]).collect();
     problem.model.add_replicated(Arc::new(Fading::<D> { nodes, forces: left }));
@@ -117,32 +118,34 @@ fn carry_displacement<const D: usize>(
             take(to, from);
         }
     }
-    for frame in &problem.frames {
-        match before.frames.iter().find(|other| other.name == frame.name) {
-            Some(other) => take(frame.unknowns(), other.unknowns()),
-            None => {
-                let remedy = "tie parts to rigid bodies in the first stage; hold or load them in later ones";
-                return Err(Incompatible::new(format!("rigid body {}", frame.name), "a later stage", remedy).into());
-            }
-        }
+    let new = problem.frames.iter().find(|frame| !before.frames.iter().any(|other| other.name == frame.name));
+    if let Some(frame) = new {
+        let remedy = "tie parts to rigid bodies in the first stage; hold or load them in later ones";
+        return Err(Incompatible::new(format!("rigid body {}", frame.name), "a later stage", remedy).into());
     }
+    // Frames of fewer or more ties have other nodes.
+    problem.transfer_frames(before, state, next);
     Ok(())
 }
 
 /// Lets prescribed values begin where the body is: what they are off by at load factor 0 falls with the load factor, and rigid bodies turn.
-fn begin_at(equations: &mut Constraints, back: &[RotationBack], displacement: &[f64]) {
+fn begin_at(equations: &mut Constraints, deviations: &HashMap<usize, Deviation>, displacement: &[f64]) {
     let mut off = Vec::new();
     equations.violation(displacement, 0.0, &mut off);
-    for (equation, off) in equations.equations_mut().zip(off) {
-        let (target, amplitude) = (equation.target, equation.amplitude.clone());
-        let rotation = back.iter().find(|rotation| off != 0.0 && rotation.is_of(&equation.entries)).cloned();
-        let (rotates, entries) = (rotation.is_some(), equation.entries.clone());
+    let mut break_points = Vec::new();
+    for (number, (equation, off)) in equations.equations_mut().zip(off).enumerate() {
+        let (target, amplitude, deviation) =
+            (equation.target, equation.amplitude.clone(), deviations.get(&number).cloned());
+        let turns = deviation.is_some();
         let value = move |load: f64| {
-            let deviation = rotation.as_ref().map_or(0.0, |rotation| rotation.deviation(&entries, load));
+            let deviation = deviation.as_ref().map_or(0.0, |deviation| deviation(load));
             target * amplitude.value(load) - off * (1.0 - load) + deviation
         };
         equation.amplitude = match &equation.amplitude {
-            _ if rotates => Amplitude::Function(Arc::new(value)),
+            amplitude if turns => {
+                break_points.extend(amplitude.break_points());
+                Amplitude::Function(Arc::new(value))
+            }
             // Straight lines stay straight.
             Amplitude::Ramp | Amplitude::Constant => Amplitude::Table(vec![(0.0, value(0.0)), (1.0, value(1.0))]),
             Amplitude::Table(pairs) => {
@@ -154,6 +157,7 @@ fn begin_at(equations: &mut Constraints, back: &[RotationBack], displacement: &[
         };
         equation.target = 1.0;
     }
+    equations.add_break_points(break_points);
 }
 
 /// Takes over the multipliers of equations that the stage before had too, and finds those of others and those that keep the shapes of rigid

@@ -5,6 +5,7 @@ mod held;
 #[cfg(feature = "serde")]
 mod journaled;
 mod stage_path;
+mod turning;
 
 use crate::error::{BoundaryError, Error, SolveError};
 use crate::solve::{Ending, EquilibriumPath, Observer, Stepping};
@@ -30,6 +31,9 @@ struct Stage<const D: usize> {
 /// forces that were taken away fall from what they were, in proportion to $1 - \lambda$: at load factor 0 each stage is in the
 /// equilibrium in which the last one ended, at 1 in its own. With the out-of-balance forces $f_0$ that its multipliers can't carry the
 /// stage therefore solves $f(d, \lambda) + G^T\mu = (1 - \lambda)\\,f_0$.
+///
+/// A rigid body that is led by its name keeps its shape on the way: it turns about one axis, the shortest way, or back as it has turned where
+/// the orientation it is led to is nearer to that at rest than to where it is. Prescribe another way by [`Value::motion`](super::Value::motion).
 ///
 /// ```
 /// use rkpm::prelude::*;
@@ -152,10 +156,7 @@ impl<const D: usize> Stages<D> {
             scene = (stage.change)(scene);
             let own = stage.stepping.map(|stepping| scheme.clone().stepping(stepping));
             let mut problem = scene.discretize(own.as_ref().unwrap_or(scheme))?;
-            let start = match done.last() {
-                None => problem.at_rest(),
-                Some(before) => carry::start(&before.problem, before.path.last(), &mut problem)?,
-            };
+            let start = carry::start(done, &mut problem)?;
             let path = match given.next() {
                 None => solve(&stage.name, &problem, EquilibriumPath::from(start))?,
                 Some(path) if path.start != start => {
