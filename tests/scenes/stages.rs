@@ -485,6 +485,27 @@ fn a_rigid_body_with_fewer_ties_stays_where_it_is() {
     assert_abs_diff_eq!(before.displacement, after.displacement, epsilon = 1e-12);
 }
 
+/// A stage that makes its scene anew goes on in time: what relaxes goes on from where it was.
+#[test]
+fn a_scene_made_anew_goes_on_in_time() {
+    let scene = || {
+        let law = Viscoelastic::new(rubber(), Prony::of_instantaneous([(0.5, 10.0)]).unwrap());
+        Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, law)
+            .hold((1, Side::Min))
+            .with(Condition::on((1, Side::Max)).displacement([0.2, 0.0]).named("top").amplitude(Amplitude::Constant))
+            .over_time(10.0)
+    };
+    let force = |stages: Stages<2>| {
+        let paths = stages.run(&scheme()).unwrap();
+        let last = paths.last().unwrap();
+        assert_eq!(last.problem.time(last.path.last()), 20.0);
+        last.problem.reaction(last.path.last(), "top").unwrap()[0]
+    };
+    let anew = force(Stages::new("a", scene()).then("b", move |_| scene()));
+    let kept = force(Stages::new("a", scene()).then("b", |scene| scene.over_time(10.0)));
+    assert_abs_diff_eq!(anew / kept, 1.0, epsilon = 1e-9);
+}
+
 #[test]
 fn stages_that_can_not_be() {
     let refusal = |stages: Stages<2>| Error::from(stages.run(&scheme()).err().unwrap());

@@ -5,6 +5,16 @@ use std::sync::Arc;
 use crate::scene::{AtFullLoad, LoadKind, Scene};
 use crate::term::Amplitude;
 
+/// A scene that a stage has made of one that was held. Made anew it begins where that one stands too: at its time, on its way.
+pub(super) fn begun<const D: usize>(mut scene: Scene<D>, held: &Scene<D>) -> Scene<D> {
+    if let (None, Some((time, _))) = (&scene.started, &held.started) {
+        scene.clock = scene.clock.map(|clock| clock.later(*time)).or_else(|| held.clock.clone());
+        scene.started.clone_from(&held.started);
+        scene.released.extend(held.contact_pairs.iter().chain(&held.released).cloned());
+    }
+    scene
+}
+
 /// A scene whose conditions, loads and surfaces stay as they are at load factor 1, and whose clock stands at a time; with the displacements of
 /// its particles.
 pub(super) fn held<const D: usize>(mut scene: Scene<D>, time: f64, displacement: Vec<f64>) -> Scene<D> {

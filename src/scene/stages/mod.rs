@@ -153,7 +153,7 @@ impl<const D: usize> Stages<D> {
         let mut scene = self.scene.clone();
         let mut given = given.into_iter();
         for stage in &self.stages {
-            scene = (stage.change)(scene);
+            scene = held::begun((stage.change)(scene.clone()), &scene);
             let own = stage.stepping.map(|stepping| scheme.clone().stepping(stepping));
             let mut problem = scene.discretize(own.as_ref().unwrap_or(scheme))?;
             let start = carry::start(done, &mut problem)?;
