@@ -271,3 +271,32 @@ fn a_rigid_body_over_nothing_is_refused() {
         assert!(scene.discretize(&scheme).is_err());
     }
 }
+
+/// The middle of a rigid body does not depend on the unit of length, whatever kinds of places it has: the largest dimension counts.
+#[test]
+fn the_middle_of_a_rigid_body_does_not_depend_on_the_unit() {
+    let middle = |unit: f64| {
+        let block = Block::new([0.0, 0.0], [2.0 * unit, unit]);
+        let scene = Scene::new(block, PlaneStrain, rubber())
+            .hold((1, Side::Min))
+            .rigid("plate", (1, Side::Max))
+            .rigid("plate", Place::body().within(move |x: &Point<2>| x[0] > 1.4 * unit && x[1] > 0.6 * unit))
+            .rigid("plate", Place::at([0.0, 0.5 * unit]));
+        let problem = scene.discretize(&Scheme::elements(1).particles([9, 5])).unwrap();
+        problem.rigid_motion(&problem.at_rest(), "plate").unwrap().centre / unit
+    };
+    assert_abs_diff_eq!(middle(1.0), middle(1000.0), epsilon = 1e-9);
+    assert_abs_diff_eq!(middle(1.0), Point::<2>::new(1.7, 0.8), epsilon = 0.06);
+}
+
+/// A place that holds particles and no point of an integral is a rigid body with its middle in theirs.
+#[test]
+fn a_rigid_body_of_a_few_particles() {
+    let place = Place::body().within(|x: &Point<2>| (x[0] - 1.0).abs() < 1e-3 && (x[1] - 0.5).abs() < 0.3);
+    let scene = block().rigid("core", place).with(Load::force("core", [0.0, -0.01]));
+    for scheme in schemes() {
+        let problem = scene.discretize(&scheme).unwrap();
+        let centre = problem.rigid_motion(&problem.at_rest(), "core").unwrap().centre;
+        assert_abs_diff_eq!(centre, Point::<2>::new(1.0, 0.5), epsilon = 1e-12);
+    }
+}

@@ -42,31 +42,39 @@ impl<const D: usize> Scene<D> {
         Ok(shapes)
     }
 
-    /// The centroid of the parts that are tied to a rigid body, by their areas, whatever ties them.
+    /// The centroid of the parts that are tied to a rigid body, whatever ties them: of volumes where there are any, else of faces, else of
+    /// particles.
     fn centre_of(&self, name: &str, all: &BodyCells<D>) -> Result<Point<3>, Error> {
         let what = || format!("rigid body {name}");
-        let (mut area, mut moment, mut bounds) = (0.0, Point::zeros(), Bounds::none());
+        let (mut by_dimension, mut bounds) = ([(0.0, Point::zeros()); 3], Bounds::none());
+        let mut add = |dimension: usize, x: &Point<D>, weight: f64| {
+            let (sum, moment): &mut (f64, Point<3>) = &mut by_dimension[dimension];
+            *sum += weight;
+            *moment += padded(x) * weight;
+        };
         for (_, place) in self.rigids.iter().filter(|rigid| rigid.0 == name) {
             let place = self.resolve(place);
             for body in self.bodies_at(&place, &what, all, &|_| true)? {
                 let (cells, parts) = (&all[body].1, if place.within.is_empty() { 1 } else { FINER });
-                let points = match &place.spot {
-                    Spot::Part(part) => cells.facet_points(part, parts, 2)?,
-                    Spot::Body => cells.gauss(2)?,
-                    Spot::Point(at) => Points::single(*at),
+                let (dimension, points) = match &place.spot {
+                    Spot::Part(part) => (1, cells.facet_points(part, parts, 2)?),
+                    Spot::Body => (2, cells.gauss(2)?),
+                    Spot::Point(at) => (0, Points::single(*at)),
                 };
                 bounds = Bounds::of(&points.positions);
                 for (x, weight) in points.positions.iter().zip(&points.weights).filter(|(x, _)| place.holds(x)) {
-                    let is_point = matches!(place.spot, Spot::Point(_));
-                    let weight = if is_point { *weight } else { weight * self.kinematics.measure(x) };
-                    area += weight;
-                    moment += padded(x) * weight;
+                    add(dimension, x, if dimension > 0 { weight * self.kinematics.measure(x) } else { *weight });
+                }
+                if let Spot::Body = place.spot {
+                    cells.positions().iter().filter(|x| place.holds(x)).for_each(|x| add(0, x, 1.0));
                 }
             }
         }
         let [low, high] = [bounds.low, bounds.high].map(|end| end.as_slice().to_vec());
-        ensure!(area > 0.0, BoundaryError::NoFacet { what: what(), low, high });
-        Ok(moment / area)
+        let Some((sum, moment)) = by_dimension.into_iter().rev().find(|(sum, _)| *sum > 0.0) else {
+            return Err(BoundaryError::NoFacet { what: what(), low, high }.into());
+        };
+        Ok(moment / sum)
     }
 
     /// The names of the rigid bodies, each once.
