@@ -24,8 +24,8 @@ pub struct TraceChoice<'a, const D: usize> {
     /// $|n\cdot e|$ at a particle for the normal of a piece there: where pieces meet, the one with the largest value owns the particle's
     /// equation.
     pub facing: Option<Facing<'a, D>>,
-    /// Particles whose equations belong to other conditions.
-    pub without: Option<&'a HashSet<u32>>,
+    /// For each piece, in their order, its particles whose equations belong to other ones; none without it.
+    pub without: &'a [HashSet<u32>],
 }
 
 /// Boundary facets with the linear trace functions $\Theta_J$ of the particles on them.

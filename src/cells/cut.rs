@@ -533,7 +533,7 @@ impl CutLattice {
         let pieces = self.pieces(part)?;
         let (mut sites, place) = (self.sites(&pieces, rule, choice.within)?, self.places_of(&pieces));
         for (particle, on) in self.placed.on.iter().enumerate() {
-            if choice.without.is_some_and(|without| without.contains(&(particle as u32))) {
+            if choice.without.iter().any(|without| without.contains(&(particle as u32))) {
                 continue;
             }
             for &(piece, normal) in on.iter().filter(|(piece, _)| place[*piece as usize] != usize::MAX) {

@@ -17,6 +17,7 @@ mod locator;
 mod mesh;
 mod nodal_polygons;
 mod partition;
+mod pieces;
 mod polygons;
 mod refined;
 mod scatter;

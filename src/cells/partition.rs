@@ -190,8 +190,8 @@ pub trait Cells<const D: usize>: Send + Sync {
         Ok(self.boundary(part, parts, gauss)?.points)
     }
 
-    /// The facets of a boundary part in pieces: faces, lines, arcs. Weak constraint equations are made piece by piece, so that the
-    /// trace functions of each sum to one. By default a part is one piece.
+    /// The facets of a boundary part in smooth pieces: faces, lines, arcs, with trace functions that sum to one. Weak constraint equations
+    /// are made piece by piece. By default a part is one piece.
     ///
     /// # Errors
     /// As [`boundary`](Cells::boundary).
@@ -203,7 +203,8 @@ pub trait Cells<const D: usize>: Send + Sync {
     /// belong to a piece.
     ///
     /// By default those of [`boundary_pieces`](Cells::boundary_pieces) within the place, with the functions of all their particles:
-    /// conditions merge those whose equation belongs elsewhere into their neighbours'.
+    /// conditions merge those whose equation belongs elsewhere into their neighbours'. Lattices make those of curved pieces anew, so that
+    /// they give the normals.
     ///
     /// # Errors
     /// As [`boundary`](Cells::boundary).
@@ -221,8 +222,8 @@ pub trait Cells<const D: usize>: Send + Sync {
         })
     }
 
-    /// Whether [`boundary_pieces_for`](Cells::boundary_pieces_for) makes trace functions anew without the particles that others own; by
-    /// default not.
+    /// Whether [`boundary_pieces_for`](Cells::boundary_pieces_for) gives pieces whose particles all belong to others functions of their
+    /// neighbours' particles; by default not.
     fn rebuilds_traces(&self) -> bool {
         false
     }
@@ -328,12 +329,21 @@ impl<const D: usize> Cells<D> for Lattice<D> {
     }
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
-        self.boundary(part, parts, gauss)
+        self.plain_boundary(part, parts, gauss)
     }
 
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
-        let faces = self.faces(part)?;
-        faces.into_iter().map(|(axis, side)| self.boundary(&Part::Face { axis, side }, parts, gauss)).collect()
+        self.boundary_pieces(part, parts, gauss)
+    }
+
+    fn boundary_pieces_for(
+        &self,
+        part: &Part,
+        parts: usize,
+        gauss: usize,
+        choice: &TraceChoice<'_, D>,
+    ) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
+        Ok(choice.of(self.boundary_pieces(part, parts, gauss)?))
     }
 
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {

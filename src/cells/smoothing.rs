@@ -11,6 +11,7 @@ use crate::quadrature::{LineRule, Points, check_parts, check_point_count, gauss_
 
 use super::brick::{Shape, area_vector, determinant, ravel, unravel};
 use super::lattice::SERIAL_BELOW;
+use super::pieces::smooth_pieces;
 use super::{BoundaryCells, Lattice, Zones};
 
 /// What rounding may leave of $\oint n\\,\mathrm dA$ over a sub-cell, as a part of its surface: coordinates far from
@@ -355,58 +356,77 @@ impl<const D: usize> Lattice<D> {
         Ok(halves.merged(&owners, self.positions()))
     }
 
-    /// The facets of a boundary part, each cut into `parts` per direction with `gauss` points per
+    /// The facets of a boundary part in smooth pieces, each cut into `parts` per direction with `gauss` points per
     /// direction, one more where cells are curved: the edge points of [`smoothing`](Lattice::smoothing) with the same numbers.
     ///
     /// # Errors
     /// Where the part does not exist or the numbers are impossible.
-    pub(crate) fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
+    pub(crate) fn boundary_pieces(
+        &self,
+        part: &Part,
+        parts: usize,
+        gauss: usize,
+    ) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
+        let faces = self.faces(part)?;
+        smooth_pieces(&faces, &self.faces(&Part::Whole)?, &|face| self.face(face, parts, gauss))
+    }
+
+    /// The facets of a boundary part with plain trace functions, face by face.
+    ///
+    /// # Errors
+    /// As [`boundary_pieces`](Self::boundary_pieces).
+    pub(crate) fn plain_boundary(
+        &self,
+        part: &Part,
+        parts: usize,
+        gauss: usize,
+    ) -> Result<BoundaryCells<D>, GeometryError> {
+        let faces = self.faces(part)?.into_iter().map(|face| self.face(face, parts, gauss));
+        Ok(BoundaryCells::joined(faces.collect::<Result<_, _>>()?))
+    }
+
+    /// The facets of a face with plain trace functions.
+    fn face(&self, (axis, side): (usize, Side), parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
         check_parts(parts)?;
         let gauss = on_facets(gauss, self.is_curved());
         let (abscissae, weights) = gauss_legendre(gauss)?;
         let per_facet = (0..D - 1).fold(1usize, |total, _| total.saturating_mul(parts).saturating_mul(gauss));
         check_point_count(self.positions().len().saturating_mul(2 * D), per_facet)?;
         let mut cells = BoundaryCells::empty();
-        for (axis, side) in self.faces(part)? {
-            let end = f64::from(side == Side::Max);
-            let mut shape = self.cell_counts();
-            shape[axis] = 1;
-            let mut sub_shape = [parts; D];
-            sub_shape[axis] = 1;
-            for face in 0..shape.iter().product() {
-                let mut index = unravel(face, &shape);
-                if side == Side::Max {
-                    index[axis] = self.cell_counts()[axis] - 1;
-                }
-                let cell = ravel(&index, &self.cell_counts());
-                let (nodes, shape) = (self.corner_nodes(cell), self.shape(cell));
-                for sub in 0..sub_shape.iter().product() {
-                    let offset = unravel(sub, &sub_shape);
-                    for point in 0..gauss.pow(D as u32 - 1) {
-                        let (local, weight) = facet_point::<D>(axis, 0.0, point, &abscissae, &weights);
-                        let at =
-                            point_of::<D>(
-                                |i| {
-                                    if i == axis { end } else { (offset[i] as f64 + local[i]) / parts as f64 }
-                                },
-                            );
-                        let (position, columns) = shape.map(&at);
-                        let share = weight / (parts as f64).powi(D as i32 - 1);
-                        let area = area_vector(axis, &columns) * (share * (2.0 * end - 1.0));
-                        let size = area.norm();
-                        let traces = (0..1usize << D)
-                            .filter(|corner| ((corner >> axis) & 1) as f64 == end)
-                            .map(|corner| {
-                                let value =
-                                    (0..D).map(|i| if (corner >> i) & 1 == 1 { at[i] } else { 1.0 - at[i] }).product();
-                                (nodes[corner] as u32, value)
-                            })
-                            .collect();
-                        cells.push(position, size, area / size, traces);
-                    }
-                }
-                cells.points.close_group();
+        let end = f64::from(side == Side::Max);
+        let mut shape = self.cell_counts();
+        shape[axis] = 1;
+        let mut sub_shape = [parts; D];
+        sub_shape[axis] = 1;
+        for face in 0..shape.iter().product() {
+            let mut index = unravel(face, &shape);
+            if side == Side::Max {
+                index[axis] = self.cell_counts()[axis] - 1;
             }
+            let cell = ravel(&index, &self.cell_counts());
+            let (nodes, shape) = (self.corner_nodes(cell), self.shape(cell));
+            for sub in 0..sub_shape.iter().product() {
+                let offset = unravel(sub, &sub_shape);
+                for point in 0..gauss.pow(D as u32 - 1) {
+                    let (local, weight) = facet_point::<D>(axis, 0.0, point, &abscissae, &weights);
+                    let along = |i: usize| (offset[i] as f64 + local[i]) / parts as f64;
+                    let at = point_of::<D>(|i| if i == axis { end } else { along(i) });
+                    let (position, columns) = shape.map(&at);
+                    let share = weight / (parts as f64).powi(D as i32 - 1);
+                    let area = area_vector(axis, &columns) * (share * (2.0 * end - 1.0));
+                    let size = area.norm();
+                    let traces = (0..1usize << D)
+                        .filter(|corner| ((corner >> axis) & 1) as f64 == end)
+                        .map(|corner| {
+                            let value =
+                                (0..D).map(|i| if (corner >> i) & 1 == 1 { at[i] } else { 1.0 - at[i] }).product();
+                            (nodes[corner] as u32, value)
+                        })
+                        .collect();
+                    cells.push(position, size, area / size, traces);
+                }
+            }
+            cells.points.close_group();
         }
         Ok(cells)
     }

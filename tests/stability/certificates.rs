@@ -121,6 +121,34 @@ fn linear_fields_come_out_exactly_in_three_dimensions() {
     }
 }
 
+/// Blocks whose sides are waves, drawn at random: smooth in both directions, four curved faces that meet.
+fn wavy(seed: u64) -> Mapped<impl Fn(&Point<2>) -> Point<2> + Send + Sync> {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut draw = |low: f64, high: f64| low + (high - low) * random.f64();
+    let waves: [[f64; 3]; 2] = std::array::from_fn(|_| [draw(0.05, 0.15), draw(2.0, 6.0), draw(0.0, 6.0)]);
+    let wave = move |k: usize, t: f64| waves[k][0] * (waves[k][1] * t + waves[k][2]).sin();
+    Mapped(move |x: &Point<2>| Point::<2>::new(x[0] + wave(0, x[1]), x[1] + wave(1, x[0])))
+}
+
+#[test]
+fn linear_fields_come_out_exactly_in_curved_lattices() {
+    let half = |r: f64, angle: f64| Point::<2>::new(r * angle.cos(), r * angle.sin());
+    let half_ring = Mapped(move |x: &Point<2>| half(2.0 + x[0], std::f64::consts::PI * x[1]));
+    let test = |scene: Scene<2>, counts: [usize; 2], layout: Layout| {
+        let scheme = Scheme::default().particles(counts).layout(layout);
+        patch_test(&scene, &plane(), &scheme).unwrap().error
+    };
+    let plane_of = |domain: Geometry<2>| Scene::new(domain, PlaneStrain, moderate());
+    let ring = test(plane_of(half_ring.into()), [5, 25], Layout::Regular);
+    assert!(ring <= 1e-11, "{ring:e}");
+    for seed in 0..8 {
+        for layout in [Layout::Regular, Layout::Jittered { amount: 0.2, seed }] {
+            let error = test(plane_of(wavy(seed).into()), [9, 11], layout);
+            assert!(error <= 1e-10, "{seed}: {error:e}");
+        }
+    }
+}
+
 #[test]
 fn gauss_points_and_collocated_rows_fail_the_patch_test() {
     let gauss = |points| Rule::Gauss { zones: None, points: Some(points) };

@@ -2,9 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use nalgebra::{DMatrix, DVector, Matrix4, SymmetricEigen, Vector4};
+use nalgebra::{DMatrix, DVector};
 
 use crate::cells::CORNER;
+use crate::cells::pieces::{EXACT, reproducing};
 use crate::each::{Each, EachOf, IntoEach, array_of};
 use crate::geometry::{Disjoint, Vec3};
 use crate::rows::Rows;
@@ -15,10 +16,6 @@ const REACH: f64 = 4.0;
 const RAISES: usize = 5;
 /// Functions larger than this say that normals are extrapolated.
 const LARGEST: f64 = 4.0;
-/// What may be missing of the sum of functions and of the normal.
-const EXACT: f64 = 1e-11;
-/// Eigenvalues below which moments are taken for singular, relative to the largest.
-const SINGULAR: f64 = 1e-12;
 /// Part of a function that lies in a part of a piece, of that of the particle with the largest, below which its particle has none there.
 const SHARE: f64 = 0.3;
 /// Part of an equation that is left beyond others, below which it counts as dependent on them.
@@ -181,38 +178,12 @@ impl<'a> Traces<'a> {
 
     /// Functions with these weights that give the normal; none where the particles can't.
     fn reproducing(&self, weights: &[(u32, f64)], normal: &Vec3) -> Option<Vec<(u32, f64)>> {
-        let off = |place: u32| self.particles[place as usize].1 - normal;
-        let scale = weights.largest(|entry| off(entry.0).norm());
-        if scale < EXACT {
+        let off = weights.mapped(|entry| self.particles[entry.0 as usize].1 - normal);
+        if off.largest(|off| off.norm()) < EXACT {
             return Some(weights.to_vec());
         }
-        let basis = |place: u32| {
-            let off = off(place) / scale;
-            Vector4::new(1.0, off[0], off[1], off[2])
-        };
-        let mut moments = Matrix4::zeros();
-        weights.iter().for_each(|&(place, weight)| moments += basis(place) * basis(place).transpose() * weight);
-        let eigen = SymmetricEigen::new(moments);
-        let largest = eigen.eigenvalues.max();
-        let mut values = vec![0.0; weights.len()];
-        // Once more for what rounding leaves.
-        for _ in 0..2 {
-            let mut missing = Vector4::new(1.0, 0.0, 0.0, 0.0);
-            weights.iter().zip(&values).for_each(|(entry, value)| missing -= basis(entry.0) * *value);
-            let mut solution = Vector4::zeros();
-            for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-                if *value > SINGULAR * largest {
-                    solution += vector * (vector.dot(&missing) / value);
-                }
-            }
-            for (value, &(place, weight)) in values.iter_mut().zip(weights) {
-                *value += weight * basis(place).dot(&solution);
-            }
-        }
-        let mut left = Vector4::new(1.0, 0.0, 0.0, 0.0);
-        weights.iter().zip(&values).for_each(|(entry, value)| left -= basis(entry.0) * *value);
-        let exact = left[0].abs() + left.norm() * scale < EXACT;
-        exact.then(|| weights.paired(&values, |entry, value| (entry.0, *value)))
+        let values = reproducing(vec![0.0; weights.len()], &off, &|k| weights[k].1)?;
+        Some(weights.paired(&values, |entry, value| (entry.0, *value)))
     }
 }
 

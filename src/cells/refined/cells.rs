@@ -6,7 +6,7 @@ use nalgebra::Matrix2;
 
 use crate::each::{Each, EachOf, list_of};
 use crate::error::{ApproximationError, GeometryError};
-use crate::geometry::{Part, Vec2};
+use crate::geometry::{Part, Side, Vec2};
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_parts, check_point_count, gauss_legendre};
 
@@ -14,8 +14,9 @@ use super::super::brick::determinant;
 use super::super::edges::on_chord;
 use super::super::lattice::ASKEW;
 use super::super::mesh::parabola;
+use super::super::pieces::smooth_pieces;
 use super::super::smoothing::on_facets;
-use super::super::{BoundaryCells, Cells, Connections, EDGE, Smoothing, Zones};
+use super::super::{BoundaryCells, Cells, Connections, EDGE, Smoothing, TraceChoice, Zones};
 use super::subcells::{Facets, Rules};
 use super::{Cell, Refined};
 
@@ -120,24 +121,23 @@ impl Cells<2> for Refined {
     }
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
-        let gauss = on_facets(gauss, !self.bulges.is_empty());
-        let rule = gauss_legendre(gauss)?;
-        check_parts(parts)?;
-        let mut cells = BoundaryCells::empty();
-        for face in self.base.faces(part)? {
-            for ends in self.face_chords(face) {
-                let at = [ends.0, ends.1].each(|p| self.positions[p as usize]);
-                on_chord(at, &self.bulge(ends.0, ends.1), parts, &rule, &mut cells, &|t, _| {
-                    vec![(ends.0, 1.0 - t), (ends.1, t)]
-                });
-            }
-        }
-        Ok(cells)
+        let faces = self.base.faces(part)?.try_mapped(|&face| self.face(face, parts, gauss))?;
+        Ok(BoundaryCells::joined(faces))
     }
 
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<2>>, GeometryError> {
-        let faces = self.base.faces(part)?;
-        faces.into_iter().map(|(axis, side)| self.boundary(&Part::Face { axis, side }, parts, gauss)).collect()
+        let (faces, all) = (self.base.faces(part)?, self.base.faces(&Part::Whole)?);
+        smooth_pieces(&faces, &all, &|face| self.face(face, parts, gauss))
+    }
+
+    fn boundary_pieces_for(
+        &self,
+        part: &Part,
+        parts: usize,
+        gauss: usize,
+        choice: &TraceChoice<'_, 2>,
+    ) -> Result<Vec<BoundaryCells<2>>, GeometryError> {
+        Ok(choice.of(self.boundary_pieces(part, parts, gauss)?))
     }
 
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
@@ -153,5 +153,22 @@ impl Cells<2> for Refined {
 
     fn encloses(&self, at: &Vec2) -> bool {
         self.base.within(at, EDGE)
+    }
+}
+
+impl Refined {
+    /// The facets of a face with plain trace functions.
+    fn face(&self, face: (usize, Side), parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
+        let gauss = on_facets(gauss, !self.bulges.is_empty());
+        let rule = gauss_legendre(gauss)?;
+        check_parts(parts)?;
+        let mut cells = BoundaryCells::empty();
+        for ends in self.face_chords(face) {
+            let at = [ends.0, ends.1].each(|p| self.positions[p as usize]);
+            on_chord(at, &self.bulge(ends.0, ends.1), parts, &rule, &mut cells, &|t, _| {
+                vec![(ends.0, 1.0 - t), (ends.1, t)]
+            });
+        }
+        Ok(cells)
     }
 }

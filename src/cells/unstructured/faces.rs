@@ -1,21 +1,16 @@
 //! The faces between the cells of a mesh, and its boundary in pieces.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 
-use crate::each::{Each, EachOf, list_of, point_of};
+use crate::cells::pieces::{FLAT, Facet, smooth};
+use crate::each::{Each, EachOf, IntoEach, point_of};
 use crate::error::{GeometryError, MeshError};
-use crate::geometry::{Disjoint, Part, Point, Vec3, padded};
+use crate::geometry::{Part, Point, Vec3, padded};
 use crate::mesh::{Mesh, face_key};
 use crate::order;
 
 /// No cell beyond a face, no corner in a place.
 pub(super) const NONE: u32 = u32::MAX;
-
-/// Cosine of the angle between neighbouring faces beyond which the boundary has an edge, 65°: circles of six chords are
-/// smooth.
-const SMOOTH: f64 = 0.42;
-/// Difference of unit normals below which a piece is flat.
-const FLAT: f64 = 1e-9;
 
 /// Faces of all cells, each stored once.
 #[derive(Debug, Clone)]
@@ -173,70 +168,18 @@ impl Faces {
             }
             normals[face] = padded(&normal);
         }
-        self.connected(D, self.names(mesh, known), &normals, &warped)
-    }
-
-    /// The pieces by the names of groups, which of them each face has, its normal, and whether it is warped.
-    fn connected(
-        &self,
-        dimension: usize,
-        (names, named): (Vec<&str>, Vec<Vec<u32>>),
-        normals: &[Vec3],
-        warped: &[bool],
-    ) -> Vec<Piece> {
-        // Faces at each edge of the boundary; in the plane at each of its points.
-        let mut at: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
-        for face in self.boundary() {
-            for edge in sides(dimension, self.corners(face)) {
-                at.entry(edge).or_default().push(face as u32);
-            }
-        }
-        // Faces that hang together, in so far as neighbours of the same names join.
-        let joined = |joins: &dyn Fn(usize, usize) -> bool| {
-            let mut sets = Disjoint::new(self.corners.len());
-            for faces in at.values() {
-                for (k, &a) in faces.iter().enumerate() {
-                    for &b in &faces[..k] {
-                        if named[a as usize] == named[b as usize] && joins(a as usize, b as usize) {
-                            sets.join(a as usize, b as usize);
-                        }
-                    }
-                }
-            }
-            let mut members: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
-            self.boundary().for_each(|face| members.entry(sets.leader(face)).or_default().push(face as u32));
-            members.into_values()
-        };
-        let level = |a: usize, b: usize| (normals[a] - normals[b]).norm() <= FLAT && !warped[a] && !warped[b];
-        let mut pieces = Vec::new();
-        let mut push = |faces: Vec<u32>| {
-            let first = faces[0] as usize;
-            let curved =
-                faces.iter().any(|&face| face as usize != first && !level(first, face as usize)) || warped[first];
-            let names = named[first].mapped(|&number| names[number as usize].to_string());
-            pieces.push(Piece { names, faces, curved, lent: Vec::new() });
-        };
-        // A level patch with a particle inside stands alone, whatever the angle to its neighbours: trace functions of a crease between
-        // two of them would vanish. Patches without one are facets of something curved.
-        let mut around: HashMap<u32, usize> = HashMap::new();
-        for &corner in self.boundary().flat_map(|face| self.corners(face)) {
-            *around.entry(corner).or_default() += 1;
-        }
-        let mut alone = vec![false; self.corners.len()];
-        for patch in joined(&level) {
-            let mut own: HashMap<u32, usize> = HashMap::new();
-            for &corner in patch.iter().flat_map(|&face| self.corners(face as usize)) {
-                *own.entry(corner).or_default() += 1;
-            }
-            if own.iter().any(|(corner, count)| around[corner] == *count) {
-                for &face in &patch {
-                    alone[face as usize] = true;
-                }
-                push(patch);
-            }
-        }
-        let smooth = |a: usize, b: usize| !alone[a] && !alone[b] && normals[a].dot(&normals[b]) > SMOOTH;
-        joined(&smooth).filter(|faces| !alone[faces[0] as usize]).for_each(push);
+        let (names, named) = self.names(mesh, known);
+        let faces: Vec<usize> = self.boundary().collect();
+        let facets = faces.mapped(|&face| Facet {
+            corners: self.corners(face).to_vec(),
+            normal: normals[face],
+            warped: warped[face],
+        });
+        let found = smooth(D, &facets, &|a, b| named[faces[a]] == named[faces[b]]);
+        let mut pieces = found.into_mapped(|(own, curved)| {
+            let names = named[faces[own[0] as usize]].mapped(|&number| names[number as usize].to_string());
+            Piece { names, faces: own.mapped(|&facet| faces[facet as usize] as u32), curved, lent: Vec::new() }
+        });
         self.lend(&mut pieces);
         pieces
     }
@@ -287,15 +230,4 @@ impl Faces {
             taken.extend(own);
         }
     }
-}
-
-/// The edges of a face by their ends, the lower one first; the ends of a side in the plane.
-pub(super) fn sides(dimension: usize, corners: &[u32]) -> Vec<[u32; 2]> {
-    if dimension == 2 {
-        return corners.mapped(|&c| [c, c]);
-    }
-    list_of(corners.len(), |k| {
-        let (a, b) = (corners[k], corners[(k + 1) % corners.len()]);
-        [a.min(b), a.max(b)]
-    })
 }

@@ -213,7 +213,7 @@ impl<const D: usize> Conditioned<'_, D> {
         let mut particles: Vec<usize> = self.cells.particles_on(part)?;
         particles.retain(|&particle| single.place.holds(&self.cells.positions()[particle]));
         stays_off_axis(self.scene, &single, self.cells, &particles)?;
-        let pieces = self.pieces(&single, part, facets, None)?;
+        let pieces = self.pieces(&single, part, facets, &[])?;
         ensure!(!pieces.iter().all(|piece| piece.traces.is_empty()), empty(self.cells, part, &single)?);
         let pieces = shared(pieces, last);
         let own = (&pieces[..], self.cells.rebuilds_traces());
@@ -228,7 +228,7 @@ impl<const D: usize> Conditioned<'_, D> {
         single: &Single<'_, D>,
         part: &Part,
         facets: FacetRule,
-        without: Option<&HashSet<u32>>,
+        without: &[HashSet<u32>],
     ) -> Result<Vec<BoundaryCells<3>>, Error> {
         let holds = |x: &Point<D>| single.place.holds(x);
         // A direction that does not exist is refused where it is asked for.
@@ -255,11 +255,10 @@ impl<const D: usize> Conditioned<'_, D> {
         equations.add_break_points(single.break_points());
         let Some((pieces, numbers)) = &request.over else { return self.collocate(equations, mine, single) };
         let yielded = &yielded[numbers.clone()];
-        let all: HashSet<u32> = yielded.iter().flatten().copied().collect();
         let rebuilt;
         let pieces = match (&single.place.spot, self.facets) {
-            (Spot::Part(part), Some(facets)) if !all.is_empty() => {
-                rebuilt = shared(self.pieces(single, part, facets, Some(&all))?, pieces);
+            (Spot::Part(part), Some(facets)) if yielded.iter().any(|own| !own.is_empty()) => {
+                rebuilt = shared(self.pieces(single, part, facets, yielded)?, pieces);
                 &rebuilt
             }
             _ => pieces,

@@ -253,7 +253,7 @@ mod tests {
     fn facets_of_any_shape_lie_on_each_other() {
         let face = |counts: [usize; 3], low: f64, side: Side| {
             let lattice = Block::new([0.0, 0.0, low], [8.0, 4.0, low + 1.0]).lattice(counts).unwrap();
-            lattice.boundary(&Part::Face { axis: 2, side }, 1, 2).unwrap()
+            lattice.plain_boundary(&Part::Face { axis: 2, side }, 1, 2).unwrap()
         };
         for counts in [[3, 5, 2], [2, 9, 2], [5, 3, 2]] {
             for other in [[17, 9, 2], [5, 17, 2], [33, 33, 2], [3, 5, 2]] {
