@@ -1,12 +1,13 @@
 //! Smooth pieces of a boundary, and trace functions that combine to the normals of curved ones.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::{Matrix4, SymmetricEigen, Vector4};
 
 use crate::each::{Each, IntoEach, list_of};
 use crate::error::GeometryError;
 use crate::geometry::{Disjoint, Point, Side, Vec3, padded};
+use crate::order;
 
 use super::{BoundaryCells, TraceChoice};
 
@@ -55,9 +56,8 @@ pub(super) fn smooth(
                 }
             }
         }
-        let mut members: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
-        (0..facets.len()).for_each(|facet| members.entry(sets.leader(facet)).or_default().push(facet as u32));
-        members.into_values()
+        let leaders = list_of(facets.len(), |facet| sets.leader(facet));
+        order::grouped(&leaders).into_mapped(|own| own.into_mapped(|facet| facet as u32)).into_iter()
     };
     let normal = |facet: usize| &facets[facet].normal;
     let level = |a: usize, b: usize| (normal(a) - normal(b)).norm() <= FLAT && !facets[a].warped && !facets[b].warped;
@@ -130,10 +130,11 @@ impl<const D: usize> TraceChoice<'_, D> {
     pub(crate) fn of(&self, pieces: Vec<BoundaryCells<D>>) -> Vec<BoundaryCells<D>> {
         let mut without = self.without.iter();
         pieces.into_mapped(|piece| {
-            let own = self.within.map_or_else(|| piece.clone(), |holds| piece.within(holds));
-            // Cells of users may hand out what does not fit together: it is refused as it is.
-            let (without, faced) = (without.next(), own.points.normals.len() == own.points.positions.len());
-            if faced && own.validate(usize::MAX).is_ok() { own.bent(without) } else { own }
+            let own = match self.within {
+                Some(holds) => piece.within(holds),
+                None => piece,
+            };
+            own.bent(without.next())
         })
     }
 }

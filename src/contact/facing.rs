@@ -98,8 +98,9 @@ impl Facets {
     /// nearer at rest than the far side of its own body, and now nearer to that than to the facet.
     pub(super) fn may_touch(&self, mine: u32, its: u32, gap: f64) -> bool {
         let beyond = |from: u32, to: u32| {
-            let wall = self.wall(from);
-            self.depth(from, to).0 >= (1.0 - EDGE) * wall && -gap > 0.5 * wall
+            // The far side is looked for where there is something behind.
+            let depth = self.depth(from, to).0;
+            depth > 0.0 && depth >= (1.0 - EDGE) * self.wall(from) && -gap > 0.5 * self.wall(from)
         };
         let between = || match self.two {
             true => beyond(mine, its) || beyond(its, mine),
