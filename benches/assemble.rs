@@ -25,7 +25,7 @@ fn assemble<const D: usize>(
             support::on_threads(threads, || {
                 let mut assembler = model.assembler();
                 let mut system = System::default();
-                b.iter(|| assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap());
+                b.iter(|| assembler.assemble(model, StateRef::new(&d, &state.terms, 1.0), &mut system).unwrap());
             });
         });
     }

@@ -84,15 +84,15 @@ fn kernel<const D: usize>(name: &str, kinematics: impl Kinematics<D>, counts: [u
     let rubber = Rubber::neo_hookean(0.5, 1e3).expect("constants");
     let mut model = Model::new(lattice.positions());
     model.add(Body::new(table, rubber, PressureField::Pointwise));
-    let (d, condensed) = (support::moved(&model), model.start());
+    let (d, terms) = (support::moved(&model), model.start());
     let mut assembler = model.assembler();
     let mut system = System::default();
     // The best of either, or a disturbed residual would flatter the difference.
     let residual = (0..SHORT_ROUNDS)
-        .map(|_| seconds(|| drop(model.at(StateRef::new(&d, &condensed, 1.0)).unwrap().residual())))
+        .map(|_| seconds(|| drop(model.at(StateRef::new(&d, &terms, 1.0)).unwrap().residual())))
         .fold(f64::INFINITY, f64::min);
     let (share, speed) = share(operations, || {
-        seconds(|| assembler.assemble(&model, StateRef::new(&d, &condensed, 1.0), &mut system).unwrap()) - residual
+        seconds(|| assembler.assemble(&model, StateRef::new(&d, &terms, 1.0), &mut system).unwrap()) - residual
     });
     println!("kernel_{name}_neighbours,{neighbours}");
     println!("kernel_{name}_gflops,{:.2}", speed * 1e-9);
@@ -110,7 +110,7 @@ fn assembly<const D: usize>(name: &str, scene: &Scene<D>, scheme: &Scheme) {
     let neighbours =
         (0..table.point_count()).map(|p| table.nodes(p).len()).sum::<usize>() as f64 / table.point_count() as f64;
     let (share, speed) = share(operations(table), || {
-        seconds(|| assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap())
+        seconds(|| assembler.assemble(model, StateRef::new(&d, &state.terms, 1.0), &mut system).unwrap())
     });
     println!("assembly_{name}_neighbours,{neighbours:.1}");
     println!("assembly_{name}_gflops,{:.2}", speed * 1e-9);
@@ -130,7 +130,7 @@ fn iteration() {
     let (mut assemblies, mut factorisations) = (Vec::new(), Vec::new());
     for round in 0..5 {
         let start = Instant::now();
-        assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap();
+        assembler.assemble(model, StateRef::new(&d, &state.terms, 1.0), &mut system).unwrap();
         assemblies.push(start.elapsed().as_secs_f64());
         let start = Instant::now();
         solver.factorize(&LinearSystem::of(if round % 2 == 0 { &values } else { &others })).expect("a regular matrix");
@@ -161,9 +161,9 @@ fn threads() {
             let mut assembler = model.assembler();
             let mut system = System::default();
             // The first assembly grows the buffers.
-            assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap();
+            assembler.assemble(model, StateRef::new(&d, &state.terms, 1.0), &mut system).unwrap();
             let start = Instant::now();
-            assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap();
+            assembler.assemble(model, StateRef::new(&d, &state.terms, 1.0), &mut system).unwrap();
             [tabulation, start.elapsed().as_secs_f64()]
         })
     };
@@ -208,9 +208,7 @@ fn slopes<const D: usize>(name: &str, scene: &Scene<D>, counts: &[usize]) {
         let assembly = median(
             (0..3)
                 .map(|_| {
-                    seconds(|| {
-                        assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap()
-                    })
+                    seconds(|| assembler.assemble(model, StateRef::new(&d, &state.terms, 1.0), &mut system).unwrap())
                 })
                 .collect(),
         );

@@ -32,7 +32,8 @@ impl Hash {
 
     fn path(mut self, path: &EquilibriumPath) -> Self {
         for state in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)) {
-            let numbers = state.displacement.iter().chain(state.condensed.iter().flatten()).chain(&state.multipliers);
+            let own = state.terms.iter().flat_map(|own| own.condensed.iter().chain(&own.history));
+            let numbers = state.displacement.iter().chain(own).chain(&state.multipliers);
             for number in numbers.chain([&state.load]) {
                 self.bytes(&number.to_bits().to_le_bytes());
             }

@@ -78,7 +78,7 @@ impl Inflation {
         let rest = disk(PRESSURE, Held::Rim)?.discretize(scheme)?;
         let start = State {
             displacement: vec![0.0; rest.model().unknowns()],
-            condensed: rest.model().start(),
+            terms: rest.model().start(),
             multipliers: vec![0.0; rest.equations().equations().len()],
             ..State::default()
         };

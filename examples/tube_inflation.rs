@@ -163,7 +163,7 @@ fn controlled(scheme: &Scheme) -> Result<Vec<[f64; 2]>, rkpm::Error> {
     let problem = tube(PRESSURE)?.discretize(scheme)?;
     let rest = State {
         displacement: vec![0.0; problem.model().unknowns()],
-        condensed: problem.model().start(),
+        terms: problem.model().start(),
         ..State::default()
     };
     // The displacement of the bore is linear in the coefficients: its values for unit vectors are its weights.

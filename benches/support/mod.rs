@@ -64,7 +64,7 @@ pub fn reduced<const D: usize>(problem: &Problem<D>) -> (Reduction, Vec<f64>, Bo
     let mut reduction = bound(problem);
     let solver = problem.analysis().bound_solver(model, &mut reduction).expect("a sound pattern");
     let mut system = System::default();
-    model.assembler().assemble(model, StateRef::new(&state.displacement, &state.condensed, 1.0), &mut system).unwrap();
+    model.assembler().assemble(model, StateRef::new(&state.displacement, &state.terms, 1.0), &mut system).unwrap();
     let mut values = Vec::new();
     reduction.reduce(&system, &mut values);
     (reduction, values, solver)

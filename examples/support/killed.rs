@@ -15,6 +15,7 @@ use std::time::{Duration, Instant};
 use rkpm::output::{Flush, Journal};
 use rkpm::prelude::*;
 use rkpm::solve::{State, Step};
+use rkpm::term::TermState;
 
 /// Holds the journal's name in a process that is to be killed.
 const CHILD: &str = "RKPM_RUN_TO_BE_KILLED";
@@ -162,11 +163,13 @@ pub fn step_differences(a: &Step, b: &Step) -> u64 {
 }
 
 fn state_differences(a: &State, b: &State) -> u64 {
-    let condensed = (0..a.condensed.len().max(b.condensed.len()))
-        .map(|k| numbers(a.condensed.get(k).map_or(&[], |l| l), b.condensed.get(k).map_or(&[], |l| l)))
-        .sum::<u64>();
+    let none = TermState::default();
+    let terms = (0..a.terms.len().max(b.terms.len())).map(|k| {
+        let [a, b] = [a, b].map(|state| state.terms.get(k).unwrap_or(&none));
+        numbers(&a.condensed, &b.condensed) + numbers(&a.history, &b.history)
+    });
     numbers(&a.displacement, &b.displacement)
-        + condensed
+        + terms.sum::<u64>()
         + numbers(&a.multipliers, &b.multipliers)
         + number(a.load, b.load)
 }

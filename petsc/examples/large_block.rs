@@ -39,13 +39,13 @@ fn run(session: &Session) -> Result<(), Box<dyn std::error::Error>> {
     let tables = watch.lap();
     let after_tables = peak();
     let model = problem.model();
-    let (rest, condensed) = (vec![0.0; model.unknowns()], model.start());
+    let (rest, terms) = (vec![0.0; model.unknowns()], model.start());
     let mut assembler = if solver == "gamg" || solver == "krylov" { model.assembler_free() } else { model.assembler() };
     let pattern = watch.lap();
     let mut system = Default::default();
-    assembler.assemble(model, StateRef::new(&rest, &condensed, 0.0), &mut system).unwrap();
+    assembler.assemble(model, StateRef::new(&rest, &terms, 0.0), &mut system).unwrap();
     watch.lap();
-    assembler.assemble(model, StateRef::new(&rest, &condensed, 0.0), &mut system).unwrap();
+    assembler.assemble(model, StateRef::new(&rest, &terms, 0.0), &mut system).unwrap();
     let assembly = watch.lap();
     let entries = assembler.pattern().entries() as f64;
     drop((assembler, system));

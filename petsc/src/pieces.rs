@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use rkpm::scene::{LocalOwnership, TermOwnership};
 use rkpm::solve::{EquilibriumPath, State, Step};
+use rkpm::term::TermState;
 
 use crate::error::PetscError;
 
@@ -47,13 +48,13 @@ pub(crate) fn composed(pieces: &[Piece], own: &LocalOwnership) -> Result<Equilib
     let sources = sources(pieces, own)?;
     let all: Vec<Vec<&State>> = pieces.iter().map(|piece| states(piece, steps)).collect();
     let mut composed = (0..whole.len()).map(|number| {
-        let condensed = sources.iter().enumerate().map(|(term, sources)| {
-            let numbers = |&(piece, start, count): &Source| {
-                all[piece][number].condensed[term][start..start + count].iter().copied()
-            };
-            sources.iter().flat_map(numbers).collect()
+        let terms = sources.iter().enumerate().map(|(term, [condensed, history])| {
+            let own = |piece: usize| &all[piece][number].terms[term];
+            let condensed = condensed.iter().flat_map(|&(piece, at, count)| &own(piece).condensed[at..at + count]);
+            let history = history.iter().flat_map(|&(piece, at, count)| &own(piece).history[at..at + count]);
+            TermState { condensed: condensed.copied().collect(), history: history.copied().collect() }
         });
-        State { condensed: condensed.collect(), ..whole[number].clone() }
+        State { terms: terms.collect(), ..whole[number].clone() }
     });
     let mut next = || composed.next().unwrap_or_default();
     let mut path = EquilibriumPath::from(next());
@@ -81,27 +82,28 @@ fn same_bits(a: &[f64], b: &[f64]) -> bool {
 
 /// Refuses a piece whose states are not as long as it says.
 fn check_lengths(piece: &Piece, states: &[&State]) -> Result<(), PetscError> {
-    let needed: Vec<usize> = piece.ownership.terms.iter().map(TermOwnership::total).collect();
-    match states.iter().all(|state| state.condensed.iter().map(Vec::len).eq(needed.iter().copied())) {
+    let needed: Vec<[usize; 2]> = piece.ownership.terms.iter().map(TermOwnership::total).collect();
+    let sizes = |own: &TermState| [own.condensed.len(), own.history.len()];
+    match states.iter().all(|state| state.terms.iter().map(sizes).eq(needed.iter().copied())) {
         true => Ok(()),
         false => refused(format!("{} has other unknowns than its list of zones says", piece.name)),
     }
 }
 
-/// For each term of a rank, where its numbers stand.
-fn sources(pieces: &[Piece], own: &LocalOwnership) -> Result<Vec<Vec<Source>>, PetscError> {
+/// For each term of a rank, where its condensed unknowns and its internal variables stand.
+fn sources(pieces: &[Piece], own: &LocalOwnership) -> Result<Vec<[Vec<Source>; 2]>, PetscError> {
     if let Some(piece) = pieces.iter().find(|piece| piece.ownership.terms.len() != own.terms.len()) {
         return refused(format!("{} is of another scene: it has other bodies or terms", piece.name));
     }
     (0..own.terms.len()).map(|term| sources_of(pieces, term, &own.terms[term])).collect()
 }
 
-fn sources_of(pieces: &[Piece], term: usize, own: &TermOwnership) -> Result<Vec<Source>, PetscError> {
+fn sources_of(pieces: &[Piece], term: usize, own: &TermOwnership) -> Result<[Vec<Source>; 2], PetscError> {
     // Each cluster of all pieces: where its unknowns and its memory stand.
     let mut found: HashMap<u64, (Source, Source)> = HashMap::new();
     for (number, piece) in pieces.iter().enumerate() {
         let ownership = &piece.ownership.terms[term];
-        let (mut unknown, mut variable) = (0, ownership.unknowns.iter().sum::<usize>() + ownership.common);
+        let [mut unknown, mut variable] = ownership.common;
         for (&key, (&unknowns, &memory)) in
             ownership.keys.iter().zip(ownership.unknowns.iter().zip(&ownership.internal_variables))
         {
@@ -112,7 +114,11 @@ fn sources_of(pieces: &[Piece], term: usize, own: &TermOwnership) -> Result<Vec<
             (unknown, variable) = (unknown + unknowns, variable + memory);
         }
     }
-    let (mut unknowns, mut memory) = (Vec::new(), Vec::new());
+    let common = pieces.iter().position(|piece| piece.ownership.terms[term].common == own.common);
+    let Some(common) = common else {
+        return refused(format!("the material of body {term} remembers otherwise here"));
+    };
+    let [mut unknowns, mut memory] = own.common.map(|count| vec![(common, 0, count)]);
     for (key, lengths) in own.keys.iter().zip(own.unknowns.iter().zip(&own.internal_variables)) {
         let Some(&(unknown, variable)) = found.get(key) else {
             return refused(format!(
@@ -128,15 +134,5 @@ fn sources_of(pieces: &[Piece], term: usize, own: &TermOwnership) -> Result<Vec<
         unknowns.push(unknown);
         memory.push(variable);
     }
-    // Each rank has written the time of its memory.
-    let timed = pieces.iter().position(|piece| piece.ownership.terms[term].common == own.common);
-    match timed {
-        Some(piece) if own.common > 0 => {
-            unknowns.push((piece, pieces[piece].ownership.terms[term].unknowns.iter().sum(), own.common));
-        }
-        None => return refused(format!("the material of body {term} remembers otherwise here")),
-        _ => {}
-    }
-    unknowns.extend(memory);
-    Ok(unknowns)
+    Ok([unknowns, memory])
 }

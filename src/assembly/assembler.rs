@@ -155,7 +155,7 @@ impl Assembler {
             slabs: &self.slabs,
             kept: self.kept,
         };
-        let none = View { displacement: at.displacement, condensed: &[], load: at.load };
+        let none = View::at_rest(at.displacement, at.load);
         let over = |parts, part| Sum { places, model, at: none, term: 0, with_matrix, parts, part };
         if workers > 1 {
             several = self.parts(model.dim(), whole);
@@ -167,7 +167,7 @@ impl Assembler {
         // Lists keep their memory from one state to the next.
         let mut all = Gathered { scale: 0.0, skew: take(skew), zones: take(zones), coupling: take(coupling) };
         for (term, _) in model.summed() {
-            (sum.term, sum.at) = (term, at.of_term(term));
+            (sum.term, sum.at) = (term, model.at_own(at).view(term));
             let workers = workers.min(self.slabs[term].len());
             if workers > 1 {
                 for mut gathered in sum.in_parallel(&mut elements[..workers]) {

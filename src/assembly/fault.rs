@@ -63,7 +63,7 @@ impl ModelAt<'_> {
     /// The first term that breaks a promise at this state, and how. Bodies and contacts of this crate are left out.
     pub(crate) fn fault(self) -> Option<String> {
         let own = |(number, term): (usize, &dyn Term)| {
-            let (layout, view) = (term.layout(), self.at.of_term(number));
+            let (layout, view) = (term.layout(), self.view(number));
             let mut element = Element::default();
             (0..term.clusters()).find_map(|cluster| {
                 let size = term.nodes(cluster).len() * term.dim();

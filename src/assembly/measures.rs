@@ -1,10 +1,12 @@
 //! Measures of a state: energy, gradients, determinants, and how far it can be trusted.
 
 use crate::each::Each;
+use crate::material::Past;
 use crate::parallel::map_with;
-use crate::term::{StateDiagnostics, Term, View, parted, parted_mut};
+use crate::term::{StateDiagnostics, Term, TermState, View};
 
 use super::model_at::ModelAt;
+use super::state_ref::StateRef;
 use super::{Model, Ranks};
 
 impl ModelAt<'_> {
@@ -42,31 +44,33 @@ impl ModelAt<'_> {
     /// Why the state does not follow from another one by a step.
     pub(crate) fn check_step(self, before: Self) -> Option<String> {
         let mut terms = self.model.terms.iter().enumerate();
-        terms.find_map(|(number, term)| term.check_step(before.at.of_term(number), self.at.of_term(number)))
+        terms.find_map(|(number, term)| term.check_step(before.view(number), self.view(number)))
     }
 
-    /// Condensed unknowns at a converged state with the memory of the step that led there.
-    pub(crate) fn update_history(self) -> Vec<Vec<f64>> {
-        let mut condensed = self.at.condensed.to_vec();
-        for (number, (term, condensed)) in self.model.terms.iter().zip(&mut condensed).enumerate() {
-            term.update(self.at.of_term(number), parted_mut(&**term, condensed).1);
+    /// What terms hold of a converged state, with the memory of the step that led there.
+    pub(crate) fn update_history(self) -> Vec<TermState> {
+        let mut terms = self.at.terms.to_vec();
+        for (number, (term, own)) in self.model.terms.iter().zip(&mut terms).enumerate() {
+            term.update(self.view(number), &mut own.history);
         }
-        condensed
+        terms
     }
 
     /// The error that a step of time has left in the stress, relative to the stress (root of the mean squares over the body): from
-    /// the condensed unknowns `before` of a step earlier, where the loads had no break point since, to those at its end, whose memory
+    /// the state `before`, a step earlier, where the loads had no break point since, to those at its end, whose memory
     /// is still that of its beginning; see [`Term::time_error`](crate::term::Term::time_error).
-    pub(crate) fn time_error(self, before: Option<&[Vec<f64>]>) -> f64 {
+    pub(crate) fn time_error(self, before: Option<StateRef<'_>>) -> f64 {
         let mut sums = [0.0; 2];
         for (number, term) in self.model.summed() {
             if !term.layout().timed {
                 continue;
             }
-            let view = self.at.of_term(number);
-            let mut next = parted(term, view.condensed).1.to_vec();
+            let view = self.view(number);
+            let mut next = view.history.to_vec();
             term.update(view, &mut next);
-            let squares = term.time_error(before.map(|before| parted(term, &before[number]).1), view, &next);
+            let before = before
+                .map(|before| Past { memory: &before.terms[number].history, elapsed: self.at.time - before.time });
+            let squares = term.time_error(before, view, &next);
             for (sum, square) in sums.iter_mut().zip(squares) {
                 *sum += square;
             }
@@ -84,7 +88,7 @@ impl ModelAt<'_> {
     ) -> A {
         let mut joined = start;
         for (number, term) in self.model.summed() {
-            let (clusters, view) = (term.clusters(), self.at.of_term(number));
+            let (clusters, view) = (term.clusters(), self.view(number));
             if self.is_small() {
                 for cluster in 0..clusters {
                     joined = join(joined, of(term, cluster, view));

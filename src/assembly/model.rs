@@ -1,10 +1,11 @@
 //! Models: terms over one set of nodes, their forces and condensed unknowns.
 
+use crate::each::Each;
 use std::sync::Arc;
 
 use crate::error::SolveError;
 use crate::geometry::{Morton, Point};
-use crate::term::{Product, Term, Zone, parted_mut};
+use crate::term::{Amplitude, Product, Term, TermState, View, Zone};
 
 use super::Ranks;
 use super::state_ref::{Origin, StateRef};
@@ -20,14 +21,16 @@ pub struct Model {
     pub(super) terms: Vec<Arc<dyn Term>>,
     /// Which of them are replicated on all ranks.
     replicated: Vec<bool>,
-    /// Condensed unknowns and history of each term.
-    needs: Vec<usize>,
+    /// Number of condensed unknowns and of internal variables of each term.
+    sizes: Vec<[usize; 2]>,
     /// Why the first term that does not fit the model does not.
     pub(crate) misfit: Option<SolveError>,
     /// Those that share the clusters, where it is not one alone.
     pub(super) ranks: Option<Arc<dyn Ranks>>,
     /// That of its states.
     origin: Origin,
+    /// Time by the load factor.
+    clock: Option<Amplitude>,
 }
 
 impl Model {
@@ -48,9 +51,10 @@ impl Model {
             coordinates,
             terms: Vec::new(),
             replicated: Vec::new(),
-            needs: Vec::new(),
+            sizes: Vec::new(),
             misfit: None,
             ranks: None,
+            clock: None,
         }
     }
 
@@ -58,6 +62,23 @@ impl Model {
     pub(crate) fn share(&mut self, ranks: Arc<dyn Ranks>) -> &mut Self {
         self.ranks = (ranks.count() > 1).then_some(ranks);
         self
+    }
+
+    /// Gives the model a clock: time as a function of the load factor, not falling. Laws that relax do so by it; without one every step is
+    /// sudden.
+    pub fn set_clock(&mut self, clock: Option<Amplitude>) -> &mut Self {
+        self.clock = clock;
+        self
+    }
+
+    /// Whether it takes time.
+    pub(crate) fn has_clock(&self) -> bool {
+        self.clock.is_some()
+    }
+
+    /// Time at a load factor \[time\]; 0 without a clock.
+    pub fn time(&self, load: f64) -> f64 {
+        self.clock.as_ref().map_or(0.0, |clock| clock.value(load))
     }
 
     /// The ranks that share the clusters; none where this process holds all of them.
@@ -102,7 +123,8 @@ impl Model {
             let other = (given != needed).then_some(SolveError::Dimension { given, needed });
             self.misfit = other.or(falls).or_else(|| misnumbered(&*term, number, self.node_count()));
         }
-        self.needs.push(clusters.map(|c| term.unknowns(c).end).max().unwrap_or(0) + term.layout().history);
+        let condensed = clusters.map(|c| term.unknowns(c).end).max().unwrap_or(0);
+        self.sizes.push([condensed, term.layout().history]);
         self.terms.push(term);
         self.replicated.push(replicated);
         self
@@ -110,7 +132,11 @@ impl Model {
 
     /// The model with some of its terms.
     pub(crate) fn retained(&self, keep: impl Fn(&dyn Term) -> bool) -> Self {
-        let mut model = Model { ranks: self.ranks.clone(), ..Model::over(self.dim, self.coordinates.clone()) };
+        let mut model = Model {
+            ranks: self.ranks.clone(),
+            clock: self.clock.clone(),
+            ..Model::over(self.dim, self.coordinates.clone())
+        };
         for (term, replicated) in self.terms.iter().zip(&self.replicated).filter(|(term, _)| keep(&***term)) {
             model.push(term.clone(), *replicated);
         }
@@ -176,6 +202,7 @@ impl Model {
         for term in &self.terms {
             all.append(&mut term.break_points());
         }
+        all.extend(self.clock.iter().filter(|_| self.is_timed()).flat_map(Amplitude::break_points));
         all
     }
 
@@ -189,18 +216,13 @@ impl Model {
         self.coordinates.len()
     }
 
-    /// Condensed unknowns at zero displacement, one vector per term.
-    pub fn start(&self) -> Vec<Vec<f64>> {
-        self.terms
-            .iter()
-            .zip(&self.needs)
-            .map(|(term, total)| {
-                let mut condensed = vec![0.0; *total];
-                let (unknowns, history) = parted_mut(&**term, &mut condensed);
-                term.start(unknowns, history);
-                condensed
-            })
-            .collect()
+    /// Condensed unknowns and internal variables at zero displacement, term by term.
+    pub fn start(&self) -> Vec<TermState> {
+        self.terms.paired(&self.sizes, |term, &[condensed, history]| {
+            let mut own = TermState { condensed: vec![0.0; condensed], history: vec![0.0; history] };
+            term.start(&mut own.condensed, &mut own.history);
+            own
+        })
     }
 
     /// Refuses states whose vectors are not as long as the terms read them or that belong to other particles, and all where a term does not
@@ -213,19 +235,44 @@ impl Model {
         if at.displacement.len() != self.unknowns() {
             return refuse("displacement", at.displacement.len(), self.unknowns());
         }
-        if at.condensed.len() != self.terms.len() {
-            return refuse("condensed unknowns", at.condensed.len(), self.terms.len());
+        if at.terms.len() != self.terms.len() {
+            return refuse("terms", at.terms.len(), self.terms.len());
         }
-        match self.needs.iter().zip(at.condensed).find(|(needed, list)| **needed != list.len()) {
-            Some((needed, list)) => refuse("condensed unknowns", list.len(), *needed),
-            None if at.origin.differs(self.origin) => Err(SolveError::OtherParticles),
+        for (own, sizes) in at.terms.iter().zip(&self.sizes) {
+            let given = [(&own.condensed, "condensed unknowns"), (&own.history, "internal variables")];
+            if let Some(((list, what), size)) = given.iter().zip(sizes).find(|((list, _), size)| list.len() != **size) {
+                return refuse(what, list.len(), *size);
+            }
+        }
+        if at.origin.differs(self.origin) { Err(SolveError::OtherParticles) } else { Ok(()) }
+    }
+
+    /// Refuses increments whose vectors are not as long as those of the model.
+    pub(super) fn check_step(&self, step: &[f64], condensed: &[Vec<f64>]) -> Result<(), SolveError> {
+        let refuse = |what, given, needed| Err(SolveError::OtherModel { what, given, needed });
+        if step.len() != self.unknowns() {
+            return refuse("displacement", step.len(), self.unknowns());
+        }
+        if condensed.len() != self.terms.len() {
+            return refuse("terms", condensed.len(), self.terms.len());
+        }
+        match condensed.iter().zip(&self.sizes).find(|(list, [size, _])| list.len() != *size) {
+            Some((list, [size, _])) => refuse("condensed unknowns", list.len(), *size),
             None => Ok(()),
         }
     }
 
+    /// A state as the term of a number sees it; none where it does not hold the term.
+    pub(crate) fn view<'a>(&self, state: impl Into<StateRef<'a>>, term: usize) -> Option<View<'a>> {
+        let StateRef { displacement, terms, load, time, .. } = state.into();
+        let TermState { condensed, history } = terms.get(term)?;
+        let elapsed = if self.has_clock() { (self.time(load) - time).max(0.0) } else { 0.0 };
+        Some(View { displacement, condensed, history, load, elapsed })
+    }
+
     /// Whether the memory of a term fades with time: steps of the load are steps of time.
     pub(crate) fn is_timed(&self) -> bool {
-        self.terms.iter().any(|term| term.layout().timed)
+        self.has_clock() && self.terms.iter().any(|term| term.layout().timed)
     }
 
     /// Whether a term acts from one side only.

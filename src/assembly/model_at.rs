@@ -2,7 +2,7 @@
 
 use crate::error::SolveError;
 use crate::parallel::{map_ranges, threads};
-use crate::term::{Element, Zone, each_force};
+use crate::term::{Element, TermStep, View, Zone, each_force};
 
 use super::model::{Model, SERIAL_BELOW};
 use super::state_ref::StateRef;
@@ -34,7 +34,12 @@ impl Model {
     }
 }
 
-impl ModelAt<'_> {
+impl<'a> ModelAt<'a> {
+    /// The state as the term of a number sees it.
+    pub(crate) fn view(self, term: usize) -> View<'a> {
+        self.model.view(self.at, term).unwrap_or_else(|| View::at_rest(self.at.displacement, self.at.load))
+    }
+
     /// The residual $r$, without any matrix.
     pub fn residual(self) -> Vec<f64> {
         self.sum_forces(|force, _| force)
@@ -49,7 +54,7 @@ impl ModelAt<'_> {
     fn sum_forces(self, take: impl Fn(f64, f64) -> f64 + Sync) -> Vec<f64> {
         let (dim, mut sums) = (self.model.dim(), vec![0.0; self.model.unknowns()]);
         for (number, term) in self.model.summed() {
-            let view = self.at.of_term(number);
+            let view = self.view(number);
             for first in (0..term.clusters()).step_by(BATCH) {
                 let count = BATCH.min(term.clusters() - first);
                 let runs = map_ranges(count, if self.is_small() { usize::MAX } else { 2 }, |some| {
@@ -79,23 +84,23 @@ impl ModelAt<'_> {
         self.model.unknowns() < SERIAL_BELOW || threads() < 2
     }
 
-    /// Increments of the condensed unknowns for a displacement increment; the largest admissible step factor.
+    /// Increments of the condensed unknowns for a step of the other unknowns; the largest admissible step factor.
     ///
     /// # Errors
     /// [`SolveError::OtherModel`] for increments of another model.
-    pub fn advance(self, step: &[f64], condensed_step: &mut [Vec<f64>]) -> Result<f64, SolveError> {
-        self.model.check(StateRef::new(step, condensed_step, 0.0))?;
+    pub fn advance(self, step: TermStep<'_>, condensed_step: &mut [Vec<f64>]) -> Result<f64, SolveError> {
+        self.model.check_step(step.displacement, condensed_step)?;
         Ok(self.advance_own(step, condensed_step))
     }
 
     /// As [`advance`](Self::advance), for increments that are known to be some of the model's own.
-    pub(crate) fn advance_own(self, step: &[f64], condensed_step: &mut [Vec<f64>]) -> f64 {
-        let ModelAt { model, at } = self;
+    pub(crate) fn advance_own(self, step: TermStep<'_>, condensed_step: &mut [Vec<f64>]) -> f64 {
+        let model = self.model;
         let mut bound: f64 = 1.0;
         // min() would drop a NaN.
         let least = |bound: f64, limit: f64| if limit.is_nan() { 0.0 } else { bound.min(limit) };
         for (number, (term, condensed_step)) in model.terms.iter().zip(condensed_step).enumerate() {
-            let view = at.of_term(number);
+            let view = self.view(number);
             if self.is_small() {
                 for cluster in 0..term.clusters() {
                     bound =
@@ -127,18 +132,6 @@ impl ModelAt<'_> {
         match &model.ranks {
             Some(ranks) => ranks.least(bound),
             None => bound,
-        }
-    }
-
-    /// Adds what a change of the load factor does to the increments of the condensed unknowns.
-    pub(crate) fn advance_load(self, load_step: f64, condensed_step: &mut [Vec<f64>]) {
-        if load_step == 0.0 {
-            return;
-        }
-        for (number, (term, step)) in self.model.terms.iter().zip(condensed_step).enumerate() {
-            for cluster in 0..term.clusters() {
-                term.advance_load(cluster, self.at.of_term(number), load_step, &mut step[term.unknowns(cluster)]);
-            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! States as models see them.
 
-use crate::term::View;
+use crate::term::TermState;
 
 /// The particles that a state belongs to, which differ from those of another body although there are as many; not known for states that
 /// are put together by hand or read from a file.
@@ -34,22 +34,19 @@ impl Origin {
 pub struct StateRef<'a> {
     /// Coefficients $d$, node by node \[length\].
     pub displacement: &'a [f64],
-    /// Condensed unknowns with the memory behind them, one list per term.
-    pub condensed: &'a [Vec<f64>],
+    /// Condensed unknowns and internal variables, term by term.
+    pub terms: &'a [TermState],
     /// Load factor $\lambda$.
     pub load: f64,
+    /// Time at which the internal variables were written \[time\].
+    pub time: f64,
     /// The particles that it belongs to.
     pub origin: Origin,
 }
 
 impl<'a> StateRef<'a> {
-    /// A state of these vectors at a load factor, whose origin is not known.
-    pub fn new(displacement: &'a [f64], condensed: &'a [Vec<f64>], load: f64) -> Self {
-        StateRef { displacement, condensed, load, origin: Origin::default() }
-    }
-
-    /// What a term of the model sees of it.
-    pub(crate) fn of_term(self, term: usize) -> View<'a> {
-        View { displacement: self.displacement, condensed: &self.condensed[term], load: self.load }
+    /// A state of these vectors at a load factor, with internal variables of time 0 and an origin that is not known.
+    pub fn new(displacement: &'a [f64], terms: &'a [TermState], load: f64) -> Self {
+        StateRef { displacement, terms, load, time: 0.0, origin: Origin::default() }
     }
 }

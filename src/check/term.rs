@@ -4,7 +4,7 @@ use crate::assembly::{fault, misnumbered};
 use crate::each::{Each, add};
 use crate::error::{Error, Invalid};
 use crate::linear::vector::norm;
-use crate::term::{Coupling, Element, Form, Term, View, parted_mut};
+use crate::term::{Coupling, Element, Form, Term, TermState, TermStep, View};
 
 use super::{Finding, Report, signed};
 
@@ -97,18 +97,24 @@ struct Probe<'a> {
     term: &'a dyn Term,
     displacement: &'a [f64],
     load: f64,
-    condensed: usize,
+    /// What it holds at zero displacement.
+    start: TermState,
     nothing: Vec<f64>,
     step: f64,
 }
 
 impl<'a> Probe<'a> {
     fn new(term: &'a dyn Term, displacement: &'a [f64], load: f64) -> Self {
-        let unknowns = (0..term.clusters()).map(|c| term.unknowns(c).end);
-        let condensed = unknowns.max().unwrap_or(0) + term.layout().history;
+        let condensed = (0..term.clusters()).map(|c| term.unknowns(c).end).max().unwrap_or(0);
+        let mut start = TermState { condensed: vec![0.0; condensed], history: vec![0.0; term.layout().history] };
+        term.start(&mut start.condensed, &mut start.history);
         let size = displacement.largest(|v| v.abs());
         let step = STEP * if size > 0.0 { size } else { 1.0 };
-        Probe { term, displacement, load, condensed, nothing: vec![0.0; displacement.len()], step }
+        Probe { term, displacement, load, start, nothing: vec![0.0; displacement.len()], step }
+    }
+
+    fn view<'b>(&'b self, displacement: &'b [f64], load: f64, condensed: &'b [f64]) -> View<'b> {
+        View { displacement, condensed, history: &self.start.history, load, elapsed: 0.0 }
     }
 
     fn advance(
@@ -122,14 +128,13 @@ impl<'a> Probe<'a> {
     ) -> f64 {
         out.clear();
         out.resize(self.term.unknowns(cluster).len(), 0.0);
-        self.term.advance(cluster, View { displacement, condensed, load }, step, out)
+        let step = TermStep { displacement: step, load: 0.0 };
+        self.term.advance(cluster, self.view(displacement, load, condensed), step, out)
     }
 
     /// The condensed unknowns that belong to a displacement; `None` where they are not found.
     fn solved(&self, displacement: &[f64], load: f64) -> Option<Vec<f64>> {
-        let mut condensed = vec![0.0; self.condensed];
-        let (unknowns, history) = parted_mut(self.term, &mut condensed);
-        self.term.start(unknowns, history);
+        let mut condensed = self.start.condensed.clone();
         let mut change = Vec::new();
         for cluster in 0..self.term.clusters() {
             let range = self.term.unknowns(cluster);
@@ -159,7 +164,7 @@ impl<'a> Probe<'a> {
         let mut element = Element::default();
         let size = self.term.nodes(cluster).len() * self.term.dim();
         element.reset(size, matrix);
-        self.term.linearize(cluster, View { displacement, condensed, load }, &mut element);
+        self.term.linearize(cluster, self.view(displacement, load, condensed), &mut element);
         // They may change in one state and not in another.
         element.residual.resize(size, f64::NAN);
         element.load_slope.resize(size, f64::NAN);
@@ -170,7 +175,7 @@ impl<'a> Probe<'a> {
     /// Entries by which a linearisation, with a matrix and without, makes its buffers longer or shorter.
     fn changed_lengths(&self, cluster: usize, condensed: &[f64]) -> usize {
         let size = self.term.nodes(cluster).len() * self.term.dim();
-        let view = View { displacement: self.displacement, condensed, load: self.load };
+        let view = self.view(self.displacement, self.load, condensed);
         let mut changed = 0;
         for matrix in [false, true] {
             let mut element = Element::default();
@@ -193,7 +198,7 @@ impl<'a> Probe<'a> {
     }
 
     fn energy(&self, cluster: usize, displacement: &[f64], condensed: &[f64]) -> f64 {
-        self.term.energy(cluster, View { displacement, condensed, load: self.load })
+        self.term.energy(cluster, self.view(displacement, self.load, condensed))
     }
 
     /// The displacement moved by `t` along a direction of one cluster.
@@ -275,7 +280,7 @@ impl<'a> Probe<'a> {
         } else {
             report = report.unchecked("residual against energy: the term stores none");
         }
-        if self.condensed > 0 {
+        if !self.start.condensed.is_empty() {
             report = report.with([condensed]);
             report = report.unchecked("convergence from condensed unknowns that are not solved");
         }

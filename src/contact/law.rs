@@ -267,8 +267,8 @@ impl Touch {
         }
     }
 
-    /// Writes the increments of pressure and traction for a step that changes the gap and moves the trace function.
-    pub(super) fn advance(&self, change: f64, moved: &Vec3, step: &mut [f64]) {
+    /// Writes the increments of pressure and traction for a step that changes the gap, moves the trace function and changes the load factor.
+    pub(super) fn advance(&self, change: f64, moved: &Vec3, load: f64, step: &mut [f64]) {
         let mut traction = -self.traction;
         if self.is_active() {
             step[0] = -self.proximal * (self.gap + change);
@@ -276,15 +276,11 @@ impl Touch {
         } else {
             step[0] = -self.pressure;
         }
-        step[1..].iter_mut().zip(&traction).for_each(|(s, t)| *s = *t);
-    }
-
-    /// Adds what a change of the load factor does to the increments.
-    pub(super) fn advance_load(&self, load_step: f64, step: &mut [f64]) {
-        if self.is_active() {
-            step[0] -= self.proximal * self.by_load * load_step;
-            step[1..].iter_mut().zip(&self.next_by_load(load_step)).for_each(|(s, t)| *s += *t);
+        if self.is_active() && load != 0.0 {
+            step[0] -= self.proximal * self.by_load * load;
+            traction += self.next_by_load(load);
         }
+        step[1..].iter_mut().zip(&traction).for_each(|(s, t)| *s = *t);
     }
 
     /// The part of a step after which a trace function has gone too far in, or further than where it is inside already. An iteration brings

@@ -2,7 +2,7 @@
 
 use crate::error::Invalid;
 use crate::geometry::{Point, Vec3, unit};
-use crate::term::{Curve, Element, Layout, Term, View, parted, straight_until};
+use crate::term::{Curve, Element, Layout, Term, TermStep, View, straight_until};
 
 use super::contact_surface::Trace;
 use super::counted::CountedMean;
@@ -148,7 +148,7 @@ impl RigidContact {
             let (table, all) = (&contact.contact_surface.table, contact.contact_surface.traces.len());
             let unknowns = table.dim * contact.rigid_dof.map_or(0, |node| node as usize + 1).max(table.node_count);
             let rest = started(moved, unknowns);
-            let view = View { displacement: &rest, condensed: &[], load: 0.0 };
+            let view = View::at_rest(&rest, 0.0);
             let gaps = (0..all).map(|trace| contact.local_contact(trace, &view, |_, _, _| {}).gap);
             contact.law.at_rest = gaps.collect();
             contact.law.interference = contact.surface.interference;
@@ -207,7 +207,7 @@ impl RigidContact {
     ) -> (Touch, LocalContact) {
         let local_contact = self.local_contact(trace, view, visit);
         let slipping = self.law.has_friction().then(|| {
-            let (beside, angle) = self.before(trace, view.condensed);
+            let (beside, angle) = self.before(trace, view.history);
             let slip = local_contact.slip(&beside, angle);
             let by_load = -local_contact.placed.rate(&(local_contact.arm - slip));
             let slipping = Slipping { normal: local_contact.normal, slip, by_load, fixed: None };
@@ -220,8 +220,7 @@ impl RigidContact {
     }
 
     /// Where a trace function was beside the surface at the last converged state, and by how much the surface had turned.
-    fn before(&self, trace: usize, condensed: &[f64]) -> (Vec3, f64) {
-        let variables = parted(self, condensed).1;
+    fn before(&self, trace: usize, variables: &[f64]) -> (Vec3, f64) {
         let angle = if self.surface.turning.is_some() { variables[variables.len() - 1] } else { 0.0 };
         (three(&variables[trace * self.law.dim..][..self.law.dim]), angle)
     }
@@ -471,11 +470,12 @@ impl Term for RigidContact {
         out.scratch = gradients.slope;
     }
 
-    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
+    fn advance(&self, cluster: usize, view: View<'_>, step: TermStep<'_>, condensed_step: &mut [f64]) -> f64 {
         if self.facet_of(cluster).is_some() {
             return 1.0;
         }
         let (surface, dim, mut change) = (&self.contact_surface, self.law.dim, 0.0);
+        let TermStep { displacement: step, load } = step;
         let trace = &surface.traces[cluster];
         let own = |m: usize| self.rigid_dof.map_or(0.0, |node| step[node as usize * dim + m]);
         let (touch, local_contact) = self.touch(cluster, &view, |_, [part, _], at| {
@@ -492,7 +492,7 @@ impl Term for RigidContact {
             }
         }
         let change = change / trace.area;
-        touch.advance(change, &moved, condensed_step);
+        touch.advance(change, &moved, load, condensed_step);
         touch.farthest(change)
     }
 
@@ -530,12 +530,6 @@ impl Term for RigidContact {
 
     fn rounding(&self) -> [f64; 2] {
         self.law.rounding(&self.contact_surface, self.contact_surface.extent)
-    }
-
-    fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
-        if self.facet_of(cluster).is_none() {
-            self.touch(cluster, &view, |_, _, _| {}).0.advance_load(load_step, condensed_step);
-        }
     }
 
     fn check_step(&self, before: View<'_>, after: View<'_>) -> Option<String> {

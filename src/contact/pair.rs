@@ -9,7 +9,7 @@ use crate::each::{Each, add, list_of};
 use crate::geometry::{Point, Vec3, padded};
 use crate::order::merged;
 use crate::parallel::lock;
-use crate::term::{Element, PointMotion, View, parted};
+use crate::term::{Element, PointMotion, View};
 
 use super::chain::{Chain, Laid};
 use super::faces::{Faces, LaidFaces};
@@ -330,8 +330,7 @@ impl PairContact {
     }
 
     /// What slips beside what since the last converged state, with the displacements of the nodes there.
-    fn held(&self, condensed: &[f64]) -> Arc<Held> {
-        let internal_variables = parted(self, condensed).1;
+    fn held(&self, internal_variables: &[f64]) -> Arc<Held> {
         let mut held = lock(&self.held);
         if let Some(held) = held.as_ref().filter(|held| held.internal_variables == internal_variables) {
             return held.clone();
@@ -364,13 +363,13 @@ impl PairContact {
     }
 
     /// What the points have moved by since the last converged state; nothing without friction.
-    fn moved_since(&self, displacement: &[f64], condensed: &[f64]) -> Vec<Vec3> {
+    fn moved_since(&self, displacement: &[f64], history: &[f64]) -> Vec<Vec3> {
         if !self.law.has_friction() {
             return Vec::new();
         }
         let mut since = displacement.to_vec();
         let dim = self.law.dim;
-        for (&node, was) in self.nodes.iter().zip(parted(self, condensed).1.chunks_exact(dim)) {
+        for (&node, was) in self.nodes.iter().zip(history.chunks_exact(dim)) {
             add(&mut since[node as usize * dim..], -1.0, was);
         }
         self.moves(&since)
@@ -698,8 +697,8 @@ impl PairContact {
 
     /// The faces at a state.
     pub(super) fn now(&self, view: &View<'_>) -> Now {
-        let held = self.law.has_friction().then(|| self.held(view.condensed));
-        let since = self.moved_since(view.displacement, view.condensed);
+        let held = self.law.has_friction().then(|| self.held(view.history));
+        let since = self.moved_since(view.displacement, view.history);
         Now { state: self.laid(view.displacement), held, since }
     }
 
@@ -772,7 +771,7 @@ impl PairContact {
             return 0.0;
         }
         // From the state before on: the memory of that state is its own.
-        let (held, moved) = (self.held(before.condensed), self.moved_since(after.displacement, before.condensed));
+        let (held, moved) = (self.held(before.history), self.moved_since(after.displacement, before.history));
         let slip = |trace: usize| held.slips[trace].as_ref().map_or_else(Point::zeros, |slip| slip.of(&moved));
         self.law.work(&self.contact_surfaces[0], [before.condensed, after.condensed], slip)
     }

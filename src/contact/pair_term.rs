@@ -3,7 +3,7 @@
 use crate::compiled::by_dim;
 use crate::each::{Each, add};
 use crate::geometry::{Bounds, Point, Vec3, unit};
-use crate::term::{Coupling, Element, Form, Layout, Term, View};
+use crate::term::{Coupling, Element, Form, Layout, Term, TermStep, View};
 
 use super::friction::friction_step;
 use super::law::{Gradients, Touch};
@@ -77,14 +77,14 @@ impl Term for PairContact {
         out.force_squares = Some(squares);
     }
 
-    fn advance(&self, _: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
-        let (now, moves) = (self.now(&view), self.moves(step));
+    fn advance(&self, _: usize, view: View<'_>, step: TermStep<'_>, condensed_step: &mut [f64]) -> f64 {
+        let (now, moves) = (self.now(&view), self.moves(step.displacement));
         // What vertices move by that may come to be opposite.
         let opposite = if self.carrying < self.traces { self.carrying } else { 0 };
         let others = Bounds::of(&moves[opposite..self.traces]);
         let mut bound: f64 = 1.0;
         for (trace, own) in condensed_step.chunks_exact_mut(self.law.stride()).enumerate() {
-            let part = self.advance_trace(trace, &view, &now, (&moves, &others), own);
+            let part = self.advance_trace(trace, &view, &now, (&moves, &others, step.load), own);
             bound = if part.is_nan() { 0.0 } else { bound.min(part) };
         }
         bound
@@ -114,16 +114,6 @@ impl Term for PairContact {
     fn rounding(&self) -> [f64; 2] {
         let extent = self.contact_surfaces.largest(|contact_surface| contact_surface.extent);
         self.law.rounding(&self.contact_surfaces[0], extent)
-    }
-
-    fn advance_load(&self, _: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
-        if self.law.interference.is_none() || load_step == 0.0 {
-            return;
-        }
-        let now = self.now(&view);
-        for (trace, own) in condensed_step.chunks_exact_mut(self.law.stride()).enumerate() {
-            self.touch(trace, &view, &now).0.advance_load(load_step, own);
-        }
     }
 
     fn hold_search(&self, hold: bool) -> bool {
@@ -170,23 +160,23 @@ impl PairContact {
         all.map(|(k, value)| (k as u32, *value)).collect()
     }
 
-    /// Writes the increments of the condensed unknowns of a trace function for a step that moves the points; the largest part of the step that
+    /// Writes the increments of the condensed unknowns of a trace function for a step that moves the points and changes the load factor; the largest part of the step that
     /// is admissible.
     fn advance_trace(
         &self,
         trace: usize,
         view: &View<'_>,
         now: &Now,
-        (moves, others): (&[Vec3], &Bounds<3>),
+        (moves, others, load): (&[Vec3], &Bounds<3>, f64),
         condensed_step: &mut [f64],
     ) -> f64 {
         let (touch, pieces) = self.touch(trace, view, now);
         if touch.is_active() {
             let change = self.change(&pieces, &now.state, touch.gap, moves) / touch.gap_area;
             let moved = now.slip(trace).map_or_else(Point::zeros, |slip| slip.of(moves));
-            touch.advance(change, &moved, condensed_step);
+            touch.advance(change, &moved, load, condensed_step);
         } else {
-            touch.advance(0.0, &Point::zeros(), condensed_step);
+            touch.advance(0.0, &Point::zeros(), load, condensed_step);
         }
         if touch.gap.is_finite() {
             // An overlap that grows changes the mean gap, but takes nothing further in.

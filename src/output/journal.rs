@@ -33,6 +33,7 @@
 //! # Ok::<(), rkpm::Error>(())
 //! ```
 
+use crate::term::TermState;
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufRead, BufReader, Seek, SeekFrom, Write};
 use std::ops::ControlFlow;
@@ -87,8 +88,9 @@ impl Line<'_> {
             Line::Step(step) => &step.state,
             Line::End { .. } => return Ok(()),
         };
-        let State { displacement, condensed, multipliers, load, .. } = state;
-        let mut all = displacement.iter().chain(condensed.iter().flatten()).chain(multipliers).chain([load]);
+        let State { displacement, terms, multipliers, load, .. } = state;
+        let own = terms.iter().flat_map(TermState::numbers);
+        let mut all = displacement.iter().chain(own).chain(multipliers).chain([load]);
         match all.find(|number| !number.is_finite()) {
             None => Ok(()),
             Some(number) => Err(std::io::Error::new(

@@ -1,6 +1,6 @@
 //! One run: the steps from one equilibrium to the next.
 
-use crate::assembly::Model;
+use crate::assembly::{Model, StateRef};
 use crate::boundary::Constraints;
 use crate::each::Each;
 use crate::error::{Cause, Doubt, DoubtCause, Driven, Error, Stalled};
@@ -104,8 +104,8 @@ impl<'a, 'o> Continuation<'a, 'o> {
     pub(super) fn time_error(&self, state: &State) -> f64 {
         let model = self.equilibrium.model;
         // Rates before a break point say nothing of those behind it.
-        let before = self.previous.as_ref().filter(|_| !self.at_break_point()).map(|previous| &previous.condensed[..]);
-        model.at_own(state).time_error(before) / self.analysis.stepping.time_tolerance
+        let before = self.previous.as_ref().filter(|_| !self.at_break_point());
+        model.at_own(state).time_error(before.map(StateRef::from)) / self.analysis.stepping.time_tolerance
     }
 
     /// Adds the iterations since the last count to those of the path and of the step under way.
@@ -283,7 +283,7 @@ impl<'a, 'o> Continuation<'a, 'o> {
     pub(super) fn driven(&self) -> Driven {
         let (model, mut loads) = (&self.equilibrium.model, [0.0]);
         for (number, term) in model.terms().iter().enumerate().filter(|(_, term)| !term.layout().unilateral) {
-            let Some(view) = self.state.view(number) else { continue };
+            let view = model.at_own(&self.state).view(number);
             each_force(&**term, 0..term.clusters(), view, &mut Element::default(), |_, _, slope| {
                 loads[0] = slope.iter().fold(loads[0], |most: f64, slope| most.max(slope.abs()));
             });

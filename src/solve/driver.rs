@@ -1,7 +1,7 @@
 //! What is controlled where the load factor is an unknown, and where attempts start.
 
 use crate::each::Each;
-use crate::term::parted_mut;
+use crate::term::TermStep;
 
 use super::equilibrium::Equilibrium;
 use super::functional::{Deflection, Functional};
@@ -49,17 +49,17 @@ impl Equilibrium<'_> {
     pub(super) fn predict(&self, before: &State, state: &State, ratio: f64) -> State {
         let mut predicted = state.clone();
         let step: Vec<f64> = state.displacement.paired(&before.displacement, |now, then| ratio * (now - then));
-        let mut unused: Vec<Vec<f64>> = state.condensed.mapped(|l| vec![0.0; l.len()]);
+        let mut unused: Vec<Vec<f64>> = state.terms.mapped(|own| vec![0.0; own.condensed.len()]);
         // Rigid surfaces move with the load: how far in a step leads is judged at the load that is predicted.
         predicted.load += ratio * (state.load - before.load);
-        let factor = self.model.at_own(&predicted).advance_own(&step, &mut unused);
+        let factor =
+            self.model.at_own(&predicted).advance_own(TermStep { displacement: &step, load: 0.0 }, &mut unused);
         for (d, s) in predicted.displacement.iter_mut().zip(&step) {
             *d += factor * s;
         }
-        let all = predicted.condensed.iter_mut().zip(self.model.terms());
-        for ((condensed, term), (now, then)) in all.zip(state.condensed.iter().zip(&before.condensed)) {
-            // What is remembered is held.
-            for (l, (now, then)) in parted_mut(&**term, condensed).0.iter_mut().zip(now.iter().zip(then)) {
+        // What is remembered is held.
+        for (own, (now, then)) in predicted.terms.iter_mut().zip(state.terms.iter().zip(&before.terms)) {
+            for (l, (now, then)) in own.condensed.iter_mut().zip(now.condensed.iter().zip(&then.condensed)) {
                 *l += factor * ratio * (now - then);
             }
         }

@@ -8,7 +8,7 @@ use crate::each::Each;
 use crate::error::{Cause, SolveError};
 use crate::linear::vector::norm;
 use crate::linear::{Inertia, LinearSolver, LinearSystem};
-use crate::term::{Product, StateDiagnostics, Zone};
+use crate::term::{Product, StateDiagnostics, TermStep, Zone};
 
 use super::active_set::shift_diagonal;
 use super::increment::{Applied, Increment, LEAST_LOAD, condensed_change};
@@ -213,24 +213,26 @@ impl<'a> Equilibrium<'a> {
         // A state would keep what is no number for good.
         let finite = part.is_finite() && step.is_finite() && (step.norm() / self.size(&state.displacement)).is_finite();
         ensure!(self.on_all_ranks(finite), Cause::NotFinite);
-        self.condensed.resize(state.condensed.len(), Vec::new());
-        for (own, condensed) in self.condensed.iter_mut().zip(&state.condensed) {
-            own.clear();
-            own.resize(condensed.len(), 0.0);
+        self.condensed.resize(state.terms.len(), Vec::new());
+        for (step, own) in self.condensed.iter_mut().zip(&state.terms) {
+            step.clear();
+            step.resize(own.condensed.len(), 0.0);
         }
         let here = self.model.at_own(&*state);
-        let bound = here.advance_own(&step.displacement, &mut self.condensed);
+        let bound =
+            here.advance_own(TermStep { displacement: &step.displacement, load: step.load }, &mut self.condensed);
         ensure!(bound > 0.0, Cause::StepLimited { factor: bound });
-        here.advance_load(step.load, &mut self.condensed);
         here.take_pressures(&self.system.zones, &step.kept, &mut self.condensed);
         let taken = bound * part;
         let add = |to: &mut f64, change: &f64| *to += taken * change;
         state.displacement.iter_mut().zip(&step.displacement).for_each(|(d, s)| add(d, s));
-        state.condensed.iter_mut().flatten().zip(self.condensed.iter().flatten()).for_each(|(l, s)| add(l, s));
+        for (own, step) in state.terms.iter_mut().zip(&self.condensed) {
+            own.condensed.iter_mut().zip(step).for_each(|(l, s)| add(l, s));
+        }
         state.multipliers.iter_mut().zip(&step.multipliers).for_each(|(m, s)| add(m, s));
         state.load += taken * step.load;
         let increment = step.norm() / self.size(&state.displacement);
-        let condensed = condensed_change(self.model, &self.condensed, &state.condensed);
+        let condensed = condensed_change(self.model, &self.condensed, &state.terms);
         let load = step.load.abs() / state.load.abs().max(LEAST_LOAD);
         Ok(Applied { part: taken, admissible: taken == part, increment, condensed, load })
     }
@@ -256,9 +258,10 @@ impl<'a> Equilibrium<'a> {
 
     /// Writes history and reactions of a converged state; nothing goes on from a memory that is no number.
     pub(super) fn remember(&mut self, state: &mut State) -> Result<(), Cause> {
-        state.condensed = self.model.at_own(&*state).update_history();
+        state.terms = self.model.at_own(&*state).update_history();
+        state.time = self.model.time(state.load);
         self.react(state);
-        let spoilt = state.condensed.iter().position(|own| own.iter().any(|number| !number.is_finite()));
+        let spoilt = state.terms.iter().position(|own| own.numbers().any(|number| !number.is_finite()));
         if self.on_all_ranks(spoilt.is_none()) {
             return Ok(());
         }

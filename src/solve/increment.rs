@@ -6,7 +6,7 @@ use crate::assembly::Model;
 use crate::each::Each;
 use crate::error::Cause;
 use crate::linear::vector::{dot, norm};
-use crate::term::parted;
+use crate::term::TermState;
 
 use super::functional::Control;
 use super::state::State;
@@ -117,12 +117,10 @@ impl Applied {
 
 /// The largest change of a condensed unknown beside the largest of its term: where the displacement is prescribed, pressures
 /// settle after it.
-pub(super) fn condensed_change(model: &Model, steps: &[Vec<f64>], condensed: &[Vec<f64>]) -> f64 {
+pub(super) fn condensed_change(model: &Model, steps: &[Vec<f64>], terms: &[TermState]) -> f64 {
     let largest = |v: &[f64]| v.largest(|x| x.abs());
-    let terms = steps.iter().zip(condensed).zip(model.terms());
-    // What is remembered is no unknown.
     let mut sizes: Vec<f64> =
-        terms.flat_map(|((step, all), term)| [largest(step), largest(parted(&**term, all).0)]).collect();
+        steps.iter().zip(terms).flat_map(|(step, own)| [largest(step), largest(&own.condensed)]).collect();
     if let Some(ranks) = model.ranks() {
         ranks.largest(&mut sizes);
     }

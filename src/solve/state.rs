@@ -3,7 +3,7 @@
 use crate::assembly::{Model, Origin, StateRef};
 use crate::boundary::Constraints;
 use crate::error::SolveError;
-use crate::term::View;
+use crate::term::TermState;
 
 /// Everything that an analysis iterates on; predicted, halved and kept as a whole.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -11,12 +11,14 @@ use crate::term::View;
 pub struct State {
     /// Coefficients $d$, node by node \[length\].
     pub displacement: Vec<f64>,
-    /// Condensed unknowns (pressures), one vector per term.
-    pub condensed: Vec<Vec<f64>>,
+    /// Condensed unknowns (pressures) and internal variables, term by term.
+    pub terms: Vec<TermState>,
     /// Multipliers of the rows \[force; stress for rows over a boundary\].
     pub multipliers: Vec<f64>,
     /// Load factor $\lambda$.
     pub load: f64,
+    /// Time at which the internal variables were written \[time\]; 0 without a clock.
+    pub time: f64,
     /// The particles that it belongs to, as far as that is known.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub origin: Origin,
@@ -24,8 +26,8 @@ pub struct State {
 
 impl<'a> From<&'a State> for StateRef<'a> {
     fn from(state: &'a State) -> Self {
-        let known = StateRef::new(&state.displacement, &state.condensed, state.load);
-        StateRef { origin: state.origin, ..known }
+        let known = StateRef::new(&state.displacement, &state.terms, state.load);
+        StateRef { time: state.time, origin: state.origin, ..known }
     }
 }
 
@@ -34,16 +36,12 @@ impl State {
     pub fn at_rest(model: &Model, equations: &Constraints) -> Self {
         State {
             displacement: vec![0.0; model.unknowns()],
-            condensed: model.start(),
+            terms: model.start(),
             multipliers: vec![0.0; equations.len()],
             load: 0.0,
+            time: model.time(0.0),
             origin: model.origin(),
         }
-    }
-
-    /// The state as the term of a number sees it; none where the model has no such term.
-    pub(crate) fn view(&self, term: usize) -> Option<View<'_>> {
-        Some(View { displacement: &self.displacement, condensed: self.condensed.get(term)?, load: self.load })
     }
 
     /// Refuses a state whose vectors are not as long as a model and its rows need them.

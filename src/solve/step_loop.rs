@@ -121,8 +121,10 @@ fn bent([before, previous, state]: [&State; 3], ratio: f64, step: f64) -> State 
     };
     let mut bent = previous.clone();
     bent.displacement = each(&state.displacement, &previous.displacement, &before.displacement);
-    let condensed = state.condensed.iter().zip(&previous.condensed).zip(&before.condensed);
-    bent.condensed = condensed.map(|((now, last), then)| each(now, last, then)).collect();
+    let terms = state.terms.iter().zip(&previous.terms).zip(&before.terms);
+    for (own, ((now, last), then)) in bent.terms.iter_mut().zip(terms) {
+        own.condensed = each(&now.condensed, &last.condensed, &then.condensed);
+    }
     bent.load = back(state.load, previous.load, before.load);
     bent
 }
@@ -130,6 +132,7 @@ fn bent([before, previous, state]: [&State; 3], ratio: f64, step: f64) -> State 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::term::TermState;
     use approx::assert_relative_eq;
 
     /// Three states of a parabola in what leads, steps of any lengths: the line from the bent state leads to the fourth.
@@ -138,7 +141,9 @@ mod tests {
         let on = |s: f64| State {
             load: 1.0 - 3.0 * s + 0.5 * s * s,
             displacement: vec![2.0 * s - s * s, 0.3 * s * s],
-            condensed: vec![vec![1.0 + s * s], vec![s]],
+            terms: [1.0 + s * s, s]
+                .map(|condensed| TermState { condensed: vec![condensed], ..TermState::default() })
+                .to_vec(),
             ..State::default()
         };
         let [first, second, third, fourth] = [0.1, 0.4, 0.6, 1.5];
@@ -151,8 +156,9 @@ mod tests {
         for (k, wanted) in wanted.displacement.iter().enumerate() {
             assert_relative_eq!(ahead(now.displacement[k], from.displacement[k]), *wanted, max_relative = 1e-13);
         }
-        for (k, wanted) in wanted.condensed.iter().enumerate() {
-            assert_relative_eq!(ahead(now.condensed[k][0], from.condensed[k][0]), wanted[0], max_relative = 1e-13);
+        for (k, wanted) in wanted.terms.iter().enumerate() {
+            let ahead = ahead(now.terms[k].condensed[0], from.terms[k].condensed[0]);
+            assert_relative_eq!(ahead, wanted.condensed[0], max_relative = 1e-13);
         }
     }
 }

@@ -75,7 +75,7 @@ impl<const D: usize> Answer<D> {
         let values = values.collect::<Result<Vec<f64>, Error>>()?;
         let all = problem.model().terms();
         let of_terms = |terms: std::ops::Range<usize>| {
-            let parts = terms.filter_map(|term| Some((&*all[term], state.view(term)?)));
+            let parts = terms.filter_map(|term| Some((&*all[term], problem.model.view(state, term)?)));
             let energy = parts.clone().map(|(term, view)| stored(term, view)).sum();
             Change { residual: residual(problem, parts), energy }
         };
@@ -94,7 +94,7 @@ impl<const D: usize> Answer<D> {
             if load.follows {
                 let rest = State { displacement: vec![0.0; state.displacement.len()], ..state.clone() };
                 let mut change = of_terms(load.terms.clone());
-                let parts = load.terms.clone().filter_map(|term| Some((&*all[term], rest.view(term)?)));
+                let parts = load.terms.clone().filter_map(|term| Some((&*all[term], problem.model.view(&rest, term)?)));
                 let dead = residual(problem, parts);
                 add(&mut change.residual, -1.0, &dead);
                 found.push(self.effect(&values, format!("that {} follows the surface", load.label), &change));
@@ -186,7 +186,7 @@ fn residual<'a, const D: usize>(
 fn compressibility<const D: usize>(problem: &Problem<D>, number: usize, state: &State) -> Option<Change> {
     let member = &problem.discrete_bodies()[number];
     let (body, table) = (member.body(), member.body().table());
-    let pressures = member.bulk_pressures(number, state)?;
+    let pressures = body.bulk_pressures(problem.model.view(state, number)?)?;
     let volumetric = body.material().volumetric()?;
     let mut change = Change::none(problem);
     // By $p^2/2\kappa$: where pressures are projected, $J$ at a point does not follow from $p$.

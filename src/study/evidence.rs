@@ -11,7 +11,9 @@ use crate::material::{Material, Past};
 use crate::neighbours::BoxTree;
 use crate::scene::{BodyView, DiscreteBody, Problem, coefficients, values};
 use crate::shape::ShapeFunctions;
+use crate::solve::State;
 use crate::tensor::cofactor;
+use crate::term::TermStep;
 
 use super::answer::{Answer, Level, Tolerance};
 
@@ -142,7 +144,7 @@ impl<'a, const D: usize> Changes<'a, D> {
         let at_points = |number: usize| {
             let (member, carry) = (&problem.discrete_bodies()[number], &carries[number]);
             let body = member.body();
-            let pressures = match (member.pressures(number, state), carry.from.pressures(carry.number, old)) {
+            let pressures = match (pressures(problem, number, state), pressures(&coarse.problem, carry.number, old)) {
                 (Some(new), Some(old)) => difference(&new, &carry.at_points(&old)),
                 _ => vec![0.0; body.table().point_count()],
             };
@@ -220,19 +222,24 @@ fn dual_pressures<const D: usize>(answer: &Answer<D>, number: usize, dual: &[f64
     let largest = |field: &[f64]| field.largest(|x| x.abs());
     let size = largest(dual);
     if !(size > 0.0) {
-        return member.pressures(number, state).map(|pressures| vec![0.0; pressures.len()]);
+        return pressures(problem, number, state).map(|pressures| vec![0.0; pressures.len()]);
     }
     // What is condensed answers linearly to steps that limit nothing.
     let moved = largest(&state.displacement);
     let scale = SMALL * if moved > 0.0 { moved } else { 1.0 } / size;
     let answered = |scale: f64| {
         let step: Vec<f64> = dual.mapped(|z| scale * z);
-        let mut condensed: Vec<Vec<f64>> = state.condensed.mapped(|c| vec![0.0; c.len()]);
-        problem.model().at_own(state).advance_own(&step, &mut condensed);
+        let mut condensed: Vec<Vec<f64>> = state.terms.mapped(|own| vec![0.0; own.condensed.len()]);
+        problem.model().at_own(state).advance_own(TermStep { displacement: &step, load: 0.0 }, &mut condensed);
         condensed.swap_remove(number)
     };
     let step: Vec<f64> = answered(scale).iter().zip(answered(0.0)).map(|(a, b)| (a - b) / scale).collect();
-    member.body().pressure_changes(state.view(number)?, dual, &step)
+    member.body().pressure_changes(problem.model().view(state, number)?, dual, &step)
+}
+
+/// Hydrostatic pressures \[stress\] at the points of a body's table.
+fn pressures<const D: usize>(problem: &Problem<D>, number: usize, state: &State) -> Option<Vec<f64>> {
+    problem.discrete_bodies()[number].body().pressures(problem.model().view(state, number)?)
 }
 
 /// Carries fields of a body in one model to the same in another.

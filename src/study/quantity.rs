@@ -210,7 +210,7 @@ impl<const D: usize> Quantity<D> {
                 for (number, term) in problem.model.terms().iter().enumerate() {
                     // Loads store nothing.
                     let stores = |view: &View<'_>| (0..term.clusters()).any(|k| term.energy(k, *view) != 0.0);
-                    if let Some(view) = state.view(number).filter(stores) {
+                    if let Some(view) = problem.model.view(state, number).filter(stores) {
                         add_residual(&**term, view, &mut force);
                     }
                 }
@@ -272,7 +272,7 @@ fn is_stressless<const D: usize>(problem: &Problem<D>, state: &State) -> Result<
     problem.model.at(state)?;
     let mut largest: f64 = 0.0;
     for (number, member) in problem.discrete_bodies().iter().enumerate() {
-        let Some(view) = state.view(number) else { continue };
+        let Some(view) = problem.model.view(state, number) else { continue };
         let moduli = member.body().material().initial_moduli();
         for point in 0..member.body().table().point_count() {
             let f = member.body().deformation_in(point, view);

@@ -7,7 +7,6 @@ use crate::material::{Material, Past};
 use crate::table::ShapeTable;
 
 use super::Term;
-use super::amplitude::Amplitude;
 use super::pressure_field::{PressureField, ProjectedMeasure};
 use super::stabilisation::{Kept, POINTWISE_SHARE, PointwiseEnergy, WIDEST, pointwise_share};
 use super::volumetric_measure::VolumetricMeasure;
@@ -58,8 +57,6 @@ pub struct Body<const D: usize> {
     pub(super) projected: ProjectedMeasure,
     /// What is remembered of a point at rest: by the material, then of what stays pointwise where that relaxes.
     pub(super) rest: Vec<f64>,
-    /// Time by the load factor.
-    pub(super) clock: Option<Amplitude>,
 }
 
 impl<const D: usize> Body<D> {
@@ -123,7 +120,6 @@ impl<const D: usize> Body<D> {
         let field = if material.volumetric().is_some() { field } else { PressureField::Displacement };
         let mut body = Body {
             rest: material.rest(),
-            clock: None,
             table,
             material,
             field,
@@ -163,17 +159,10 @@ impl<const D: usize> Body<D> {
         self
     }
 
-    /// The same with a clock: time as a function of the load factor, not falling. A law that relaxes does so by it; without one
-    /// every step is sudden.
-    pub fn with_clock(mut self, clock: Amplitude) -> Self {
-        self.clock = Some(clock);
-        self
-    }
-
     /// The same body over another table with the same points and clusters.
     pub(crate) fn over(&self, table: ShapeTable<D>) -> Self {
         let (material, rest) = (self.material.clone(), self.rest.clone());
-        Body { table, material, rest, phi: self.phi.clone(), clock: self.clock.clone(), ..*self }
+        Body { table, material, rest, phi: self.phi.clone(), ..*self }
     }
 
     /// The same with a matrix that goes without what the condensed pressures of zones add: only nodes that share a point are coupled.
@@ -184,11 +173,6 @@ impl<const D: usize> Body<D> {
     /// Whether pressures of its zones can be kept as unknowns beside a matrix that stays at the points.
     pub(super) fn separates(&self) -> bool {
         D == 3 && self.table.gradient_components() == 3 && self.functions > 0
-    }
-
-    /// Whether it takes time.
-    pub(crate) fn has_clock(&self) -> bool {
-        self.clock.is_some()
     }
 
     /// Condensed unknowns of all clusters.

@@ -29,8 +29,7 @@ impl<const D: usize> Body<D> {
     /// stays pointwise.
     fn pressures_of(&self, view: View<'_>, of: impl Fn(f64, f64, f64) -> f64) -> Option<Vec<f64>> {
         let volumetric = self.material.volumetric()?;
-        let condensed = self.condensed_count() + self.memory_len();
-        if view.displacement.len() != self.table.node_count() * D || view.condensed.len() != condensed {
+        if view.displacement.len() != self.table.node_count() * D || view.condensed.len() != self.condensed_count() {
             return None;
         }
         let pointwise = |point| volumetric.evaluate(self.deformation_gradient(point, view.displacement).determinant());

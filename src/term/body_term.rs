@@ -1,15 +1,14 @@
 //! The body as a term of the potential.
 
 use crate::error::{Invalid, MaterialError, SolveError};
-use crate::material::Material;
+use crate::material::{Material, Past};
 use crate::simd::dispatch;
 
 use super::Term;
 use super::advance::Advance;
-use super::amplitude::Amplitude;
 use super::body::Body;
 use super::diagnostics::StateDiagnostics;
-use super::element::{Element, View};
+use super::element::{Element, TermStep, View};
 use super::layout::{Form, Layout};
 use super::pressure_field::PressureField;
 use super::product::Multiply;
@@ -43,20 +42,16 @@ impl<const D: usize> Term for Body<D> {
     }
 
     fn layout(&self) -> Layout {
-        let (history, timed) = (self.memory_len(), !self.rest.is_empty() && self.clock.is_some());
-        Layout { follows_load: timed, history, timed, ..Layout::default() }
-    }
-
-    fn break_points(&self) -> Vec<f64> {
-        self.clock.as_ref().filter(|_| !self.rest.is_empty()).map_or_else(Vec::new, Amplitude::break_points)
+        let history = self.memory_len();
+        Layout { follows_load: false, history, timed: history > 0, ..Layout::default() }
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
         self.linearize_cluster(cluster, view, out);
     }
 
-    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
-        dispatch(Advance { body: self, cluster, view, step, condensed_step })
+    fn advance(&self, cluster: usize, view: View<'_>, step: TermStep<'_>, condensed_step: &mut [f64]) -> f64 {
+        dispatch(Advance { body: self, cluster, view, step: step.displacement, condensed_step })
     }
 
     fn energy(&self, cluster: usize, view: View<'_>) -> f64 {
@@ -87,16 +82,18 @@ impl<const D: usize> Term for Body<D> {
     }
 
     fn update(&self, view: View<'_>, next: &mut [f64]) {
-        let (recall, Some((time, points))) = (self.recall(view), next.split_first_mut()) else { return };
-        *time = self.time(view.load);
+        if self.rest.is_empty() {
+            return;
+        }
+        let recall = self.recall(view);
         let gradient = |point| self.local_gradient(point, view.displacement);
-        for (point, next) in points.chunks_exact_mut(self.rest.len()).enumerate() {
+        for (point, next) in next.chunks_exact_mut(self.rest.len()).enumerate() {
             self.material.remember(&gradient(point), recall.at(point), &mut next[..self.material.memory()]);
         }
-        self.remember_volumes(recall, gradient, view.condensed, points);
+        self.remember_volumes(recall, gradient, view.condensed, next);
     }
 
-    fn time_error(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
+    fn time_error(&self, before: Option<Past<'_>>, view: View<'_>, next: &[f64]) -> [f64; 2] {
         self.error_of_time(before, view, next)
     }
 

@@ -12,10 +12,47 @@ use crate::geometry::Vec3;
 pub struct View<'a> {
     /// Coefficients $d$, node by node, as many components each as the model has dimensions \[length\].
     pub displacement: &'a [f64],
-    /// Condensed unknowns of this term, all clusters; behind them its internal variables ([`Layout::history`](super::Layout::history)).
+    /// Condensed unknowns of this term, all clusters.
     pub condensed: &'a [f64],
+    /// Internal variables of this term ([`Layout::history`](super::Layout::history)), as they were at the last converged state.
+    pub history: &'a [f64],
     /// Load factor $\lambda$.
     pub load: f64,
+    /// Time since the internal variables were written \[time\]; 0 without a clock.
+    pub elapsed: f64,
+}
+
+impl<'a> View<'a> {
+    /// Of a state with which no internal variables come, and no time passes.
+    pub(crate) fn at_rest(displacement: &'a [f64], load: f64) -> Self {
+        View { displacement, condensed: &[], history: &[], load, elapsed: 0.0 }
+    }
+}
+
+/// An increment of Newton's method, as a term sees it.
+#[derive(Debug, Clone, Copy)]
+pub struct TermStep<'a> {
+    /// Increments of the coefficients, node by node \[length\].
+    pub displacement: &'a [f64],
+    /// Increment of the load factor, where that is an unknown; else 0.
+    pub load: f64,
+}
+
+/// What a state holds of a term.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct TermState {
+    /// Condensed unknowns (pressures), all clusters.
+    pub condensed: Vec<f64>,
+    /// Internal variables at the last converged state.
+    pub history: Vec<f64>,
+}
+
+impl TermState {
+    /// All numbers.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = &f64> {
+        self.condensed.iter().chain(&self.history)
+    }
 }
 
 /// A matrix of rank one, $l\\,r^{\mathsf T}$: unknowns and values of both vectors.

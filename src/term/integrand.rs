@@ -11,7 +11,7 @@ use crate::table::ShapeTable;
 use crate::tensor::Tangent;
 
 use super::step_limit::{largest_step, largest_step_of_hoops};
-use super::{Amplitude, Element, ForceDensities, Layout, Term, View};
+use super::{Amplitude, Element, ForceDensities, Layout, Term, TermStep, View};
 
 /// What an integrand sees at a point; always three-dimensional.
 #[derive(Debug, Clone, Copy)]
@@ -278,14 +278,14 @@ impl<const D: usize> Term for Pointwise<D> {
         }
     }
 
-    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], _locals_step: &mut [f64]) -> f64 {
+    fn advance(&self, cluster: usize, view: View<'_>, step: TermStep<'_>, _: &mut [f64]) -> f64 {
         if !self.integrand.sparsity().stress {
             return 1.0;
         }
         let mut bound: f64 = 1.0;
         for point in self.table.clusters().points(cluster) {
             let f = Mat3::identity() + self.table.displacement_gradient(point, view.displacement);
-            let df = self.table.displacement_gradient(point, step);
+            let df = self.table.displacement_gradient(point, step.displacement);
             bound = bound.min(largest_step(&f, &df)).min(largest_step_of_hoops(&f, &df, self.table.hoop_components()));
         }
         bound

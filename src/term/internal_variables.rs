@@ -36,18 +36,12 @@ impl<'a> Recall<'a> {
 }
 
 impl<const D: usize> Body<D> {
-    /// The memory in a view of the body: the time when it was written, then point by point; that at rest where there is none.
+    /// The memory in a view of the body, point by point; that at rest where there is none.
     #[inline]
     pub(super) fn recall<'a>(&'a self, view: View<'a>) -> Recall<'a> {
-        let each = self.material.memory();
-        let of_volume = self.rest.len() - each;
-        match self.memory(view.condensed).split_first() {
-            None => Recall { elapsed: 0.0, points: &self.rest, stride: 0, each, of_volume },
-            Some((then, points)) => {
-                let elapsed = self.clock.as_ref().map_or(0.0, |clock| clock.value(view.load) - then);
-                Recall { elapsed: elapsed.max(0.0), points, stride: each + of_volume, each, of_volume }
-            }
-        }
+        let (each, all) = (self.material.memory(), self.rest.len());
+        let (points, stride) = if view.history.is_empty() { (&self.rest[..], 0) } else { (view.history, all) };
+        Recall { elapsed: view.elapsed, points, stride, each, of_volume: all - each }
     }
 
     /// The deformation gradient at a point in a view of the body: with the thickness that its history leaves a sheet.
@@ -61,28 +55,18 @@ impl<const D: usize> Body<D> {
         move |point| self.material.settled(&self.local_gradient(point, view.displacement), recall.at(point))
     }
 
-    /// Time at a load factor; 0 without a clock.
-    pub(crate) fn time(&self, load: f64) -> f64 {
-        self.clock.as_ref().map_or(0.0, |clock| clock.value(load))
-    }
-
     /// Numbers that it remembers.
     pub(super) fn memory_len(&self) -> usize {
-        if self.rest.is_empty() { 0 } else { 1 + self.rest.len() * self.table().point_count() }
-    }
-
-    /// What it remembers in a state; nothing where a state lacks it.
-    fn memory<'a>(&self, condensed: &'a [f64]) -> &'a [f64] {
-        let first = self.condensed_count();
-        condensed.get(first..first + self.memory_len()).unwrap_or_default()
+        self.rest.len() * self.table().point_count()
     }
 
     pub(super) fn start_of_memory(&self, condensed: &[f64], memory: &mut [f64]) {
-        let Some((time, points)) = memory.split_first_mut() else { return };
-        *time = self.time(0.0);
+        if self.rest.is_empty() {
+            return;
+        }
         let each = self.material.memory();
         let recall = Recall { elapsed: 0.0, points: &self.rest, stride: 0, each, of_volume: self.rest.len() - each };
-        for (point, memory) in points.chunks_exact_mut(self.rest.len()).enumerate() {
+        for (point, memory) in memory.chunks_exact_mut(self.rest.len()).enumerate() {
             memory.copy_from_slice(&self.rest);
             // What has expanded may be stressed by that: it is before any time passes.
             let at_rest = self.table.at_rest(point);
@@ -90,7 +74,7 @@ impl<const D: usize> Body<D> {
                 self.material.remember(&at_rest, recall.at(point), &mut memory[..each]);
             }
         }
-        self.remember_volumes(recall, |point| self.table.at_rest(point), condensed, points);
+        self.remember_volumes(recall, |point| self.table.at_rest(point), condensed, memory);
     }
 
     /// Writes what is remembered of the pointwise part of the volumetric energy, at deformation gradients.
@@ -118,14 +102,11 @@ impl<const D: usize> Body<D> {
         }
     }
 
-    pub(super) fn error_of_time(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
-        let (recall, Some((_, points))) = (self.recall(view), next.split_first()) else { return [0.0; 2] };
-        let began = self.memory(view.condensed)[0];
-        let mut sums = [0.0; 2];
-        for (point, next) in points.chunks_exact(self.rest.len()).enumerate() {
-            let earlier = before
-                .and_then(|before| before.split_first())
-                .map(|(time, points)| Recall { elapsed: began - time, points, ..recall }.at(point));
+    pub(super) fn error_of_time(&self, before: Option<Past<'_>>, view: View<'_>, next: &[f64]) -> [f64; 2] {
+        let (recall, mut sums) = (self.recall(view), [0.0; 2]);
+        for (point, next) in next.chunks_exact(self.rest.len().max(1)).enumerate() {
+            let earlier =
+                before.map(|before| Recall { elapsed: before.elapsed, points: before.memory, ..recall }.at(point));
             let squares = self.material.time_error(earlier, recall.at(point), &next[..self.material.memory()]);
             for (sum, square) in sums.iter_mut().zip(squares) {
                 *sum += self.table().weights()[point].abs() * square;
@@ -144,23 +125,22 @@ impl<const D: usize> Body<D> {
         }
     }
 
-    /// A memory for the points of another body over the same domain: that of the nearest point, at the same time. What only one of them keeps
+    /// A memory for the points of another body over the same domain: that of the nearest point. What only one of them keeps
     /// beside the material is at rest.
     pub(crate) fn memory_from<const E: usize>(
         &self,
         from: &Body<E>,
-        condensed: &[f64],
+        given: &[f64],
         nearest: impl Fn(&crate::geometry::Point<D>) -> usize,
     ) -> Option<Vec<f64>> {
-        let (given, own, other) = (from.memory(condensed), self.rest.len(), from.rest.len());
+        let (own, other) = (self.rest.len(), from.rest.len());
         if given.is_empty() || own == 0 || from.material.memory() != self.material.memory() {
             return None;
         }
         let common = if own == other { own } else { self.material.memory() };
         let mut memory = Vec::with_capacity(self.memory_len());
-        memory.push(given[0]);
         for x in self.table().positions() {
-            memory.extend_from_slice(&given[1 + nearest(x) * other..][..common]);
+            memory.extend_from_slice(&given[nearest(x) * other..][..common]);
             memory.extend_from_slice(&self.rest[common..]);
         }
         Some(memory)

@@ -19,10 +19,10 @@ pub struct Layout {
     /// Whether it acts from one side only, as contact does: the load leads runs with it, for no tangent displacement tells what comes into
     /// contact.
     pub unilateral: bool,
-    /// Number of internal variables: what a term carries from one converged state to the next, held while Newton's method iterates. In a
-    /// state they stand behind the condensed unknowns of all clusters.
+    /// Number of internal variables: what a term carries from one converged state to the next, held while Newton's method iterates.
     pub history: usize,
-    /// Whether the internal variables fade with time, so that loads are steps of it: the load factor leads.
+    /// Whether the internal variables fade with time, so that steps of the load are steps of it where the model has a clock: the load factor
+    /// leads.
     pub timed: bool,
 }
 

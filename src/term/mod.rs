@@ -30,7 +30,7 @@ mod zone_residuals;
 pub use amplitude::Amplitude;
 pub use body::Body;
 pub use diagnostics::StateDiagnostics;
-pub use element::{Coupling, Element, ForceDensities, View};
+pub use element::{Coupling, Element, ForceDensities, TermState, TermStep, View};
 pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity};
 pub use layout::{Form, Layout};
 pub(crate) use load::foundation;
@@ -47,6 +47,7 @@ pub(crate) use lower::LowerBlocks;
 use std::ops::Range;
 
 use crate::error::SolveError;
+use crate::material::Past;
 
 /// A term of the potential $\Pi(d, \text{condensed}; \lambda)$, summed over clusters of nodes.
 ///
@@ -122,15 +123,11 @@ pub trait Term: Send + Sync {
     /// Writes the condensed unknowns of all clusters that belong to zero displacement, and the internal variables at rest, into zeros.
     fn start(&self, _condensed: &mut [f64], _history: &mut [f64]) {}
 
-    /// For the Newton increment `step` of the displacement, writes the increments of the cluster's
-    /// condensed unknowns and returns the largest step factor in $[0, 1]$ that keeps the path admissible.
-    fn advance(&self, _cluster: usize, _view: View<'_>, _step: &[f64], _condensed_step: &mut [f64]) -> f64 {
+    /// For a Newton increment, writes the increments of the cluster's condensed unknowns and returns the largest step factor in $[0, 1]$
+    /// that keeps the path admissible.
+    fn advance(&self, _cluster: usize, _view: View<'_>, _step: TermStep<'_>, _condensed_step: &mut [f64]) -> f64 {
         1.0
     }
-
-    /// Adds what a change of the load factor in the same increment does to the increments of a cluster's condensed unknowns, where the
-    /// load factor is unknown: contact with a surface that is moved.
-    fn advance_load(&self, _cluster: usize, _view: View<'_>, _load_step: f64, _condensed_step: &mut [f64]) {}
 
     /// Energy stored in the cluster; zero for loads.
     fn energy(&self, _cluster: usize, _view: View<'_>) -> f64 {
@@ -140,9 +137,10 @@ pub trait Term: Send + Sync {
     /// Writes the internal variables at a converged state, from what they were when the step to that state began.
     fn update(&self, _view: View<'_>, _next: &mut [f64]) {}
 
-    /// Squares of the error that a step of time has left in the stress, and of the stress, summed over the term: from `before`,
-    /// the internal variables a step earlier where the loads had no break point since, over `view` with those of its beginning, to `next`.
-    fn time_error(&self, _before: Option<&[f64]>, _view: View<'_>, _next: &[f64]) -> [f64; 2] {
+    /// Squares of the error that a step of time has left in the stress, and of the stress, summed over the term: from `before`, the internal
+    /// variables a step earlier and the time of that step where the loads had no break point since, over `view` with those of its
+    /// beginning, to `next`.
+    fn time_error(&self, _before: Option<Past<'_>>, _view: View<'_>, _next: &[f64]) -> [f64; 2] {
         [0.0; 2]
     }
 
@@ -200,14 +198,4 @@ pub trait Term: Send + Sync {
     fn hold_search(&self, _hold: bool) -> bool {
         false
     }
-}
-
-/// Condensed unknowns of a term in a state, and its internal variables behind them.
-pub(crate) fn parted<'a>(term: &dyn Term, own: &'a [f64]) -> (&'a [f64], &'a [f64]) {
-    own.split_at(own.len().saturating_sub(term.layout().history))
-}
-
-/// The same to be written.
-pub(crate) fn parted_mut<'a>(term: &dyn Term, own: &'a mut [f64]) -> (&'a mut [f64], &'a mut [f64]) {
-    own.split_at_mut(own.len().saturating_sub(term.layout().history))
 }

@@ -213,9 +213,9 @@ fn assert_tangent<const D: usize>(kinematics: impl Kinematics<D> + 'static, fric
         u[..last].iter_mut().zip([0.043, 0.0271]).for_each(|(u, by)| *u = by);
     }
     let direction: Vec<f64> = displacement.iter().map(|_| draw() - 0.5).collect();
-    let mut condensed = model.start();
+    let mut terms = model.start();
     let unknowns = term.unknowns(0);
-    for unknowns in condensed[0][unknowns].chunks_exact_mut(1 + D) {
+    for unknowns in terms[0].condensed[unknowns].chunks_exact_mut(1 + D) {
         unknowns[0] = 1e3 * (1.0 + draw());
         unknowns[1..D].iter_mut().for_each(|traction| *traction = 30.0 * draw());
     }
@@ -223,7 +223,7 @@ fn assert_tangent<const D: usize>(kinematics: impl Kinematics<D> + 'static, fric
     let mut at = |part: f64| {
         let moved: Vec<f64> = displacement.iter().zip(&direction).map(|(d, v)| d + part * v).collect();
         let mut system = System::default();
-        assembler.assemble(&model, StateRef::new(&moved, &condensed, 0.0), &mut system).unwrap();
+        assembler.assemble(&model, StateRef::new(&moved, &terms, 0.0), &mut system).unwrap();
         let mut product = vec![0.0; moved.len()];
         assembler.pattern().multiply_add(&system.values, &direction, &mut product);
         system.skew_multiply_add(&direction, &mut product);

@@ -254,10 +254,10 @@ fn assert_balance<const D: usize>(kinematics: impl Kinematics<D> + 'static, sche
         number
     };
     let displacement: Vec<f64> = (0..model.unknowns()).map(|_| 0.04 * (draw() - 0.5)).collect();
-    let mut condensed = model.start();
-    condensed[0].iter_mut().for_each(|pressure| *pressure = 1e3 * (1.0 + draw()));
+    let mut terms = model.start();
+    terms[0].condensed.iter_mut().for_each(|pressure| *pressure = 1e3 * (1.0 + draw()));
     let mut system = System::default();
-    model.assembler().assemble(&model, StateRef::new(&displacement, &condensed, 0.0), &mut system).unwrap();
+    model.assembler().assemble(&model, StateRef::new(&displacement, &terms, 0.0), &mut system).unwrap();
     let (mut force, mut moment, mut size) = (Point::<D>::zeros(), 0.0f64, 0.0);
     let forces = system.residual.chunks_exact(D).zip(displacement.chunks_exact(D)).zip(&positions);
     let (mut sums, axes) = ([0.0; 3], [(0, 1), (1, 2), (2, 0)]);

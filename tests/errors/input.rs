@@ -1001,7 +1001,7 @@ fn integration() {
 fn rest<const D: usize>(problem: &Problem<D>) -> State {
     State {
         displacement: vec![0.0; problem.model().unknowns()],
-        condensed: problem.model().start(),
+        terms: problem.model().start(),
         multipliers: vec![0.0; problem.equations().equations().len()],
         ..State::default()
     }
@@ -1044,10 +1044,10 @@ fn first_guesses() {
     short.multipliers.push(0.0);
     assert!(matches!(run(short).unwrap_err(), Error::Solve(SolveError::OtherModel { what: "multipliers", .. })));
     let mut short = rest(&problem);
-    short.condensed[0].pop();
+    short.terms[0].condensed.pop();
     assert!(matches!(run(short).unwrap_err(), Error::Solve(SolveError::OtherModel { what: "condensed unknowns", .. })));
     // Pressures and multipliers that are no numbers.
-    for spoil in [|s: &mut State| s.condensed[0].fill(NAN), |s: &mut State| s.multipliers[0] = INFINITY] {
+    for spoil in [|s: &mut State| s.terms[0].condensed.fill(NAN), |s: &mut State| s.multipliers[0] = INFINITY] {
         let mut bad = rest(&problem);
         spoil(&mut bad);
         refused!(run(bad).unwrap_err(), Error::Invalid(_), ["first state", "give finite numbers"]);
@@ -1066,13 +1066,13 @@ fn local_unknowns_of_other_terms() {
     // As many in all as the model has, but not those of its terms.
     let loaded = sound().pressure((1, Side::Max), 0.01).discretize(&coarse()).unwrap();
     let mut swapped = rest(&loaded);
-    swapped.condensed.reverse();
+    swapped.terms.reverse();
     let error = loaded.analysis().resume(loaded.model(), loaded.equations(), swapped, &mut ()).unwrap_err();
     assert!(matches!(error, Error::Solve(SolveError::OtherModel { what: "condensed unknowns", .. })), "{error:?}");
     let mut few = rest(&loaded);
-    few.condensed.pop();
+    few.terms.pop();
     let error = loaded.analysis().resume(loaded.model(), loaded.equations(), few, &mut ()).unwrap_err();
-    assert!(matches!(error, Error::Solve(SolveError::OtherModel { what: "condensed unknowns", .. })), "{error:?}");
+    assert!(matches!(error, Error::Solve(SolveError::OtherModel { what: "terms", .. })), "{error:?}");
 }
 
 #[test]

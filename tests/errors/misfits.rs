@@ -13,7 +13,7 @@ use rkpm::material::{Mullins, Past, Prony, Response, Viscoelastic, VolumetricEne
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
 use rkpm::scene::ConstraintKind;
-use rkpm::term::{Coupling, Element, View};
+use rkpm::term::{Coupling, Element, TermState, TermStep, View};
 
 fn lattice() -> Lattice<2> {
     Block::new([0.0, 0.0], [2.0, 1.0]).lattice([5, 4]).unwrap()
@@ -349,18 +349,21 @@ fn tables_asked_for_points_and_vectors_that_are_not_there() {
 
     let mut model = Model::new(lattice().positions());
     model.add(body);
-    let condensed = model.start();
-    let cut: Vec<Vec<f64>> = condensed.iter().map(|l| l[1..].to_vec()).collect();
-    let here = model.at(StateRef::new(&fits, &condensed, 0.0)).unwrap();
+    let terms = model.start();
+    let mut cut = terms.clone();
+    cut[0].condensed.pop();
+    let longer = vec![TermState { history: vec![0.0], ..terms[0].clone() }];
+    let here = model.at(StateRef::new(&fits, &terms, 0.0)).unwrap();
     assert_abs_diff_eq!(here.energy(), 0.0, epsilon = 1e-12);
     let residual = here.residual();
     assert_abs_diff_eq!(residual[..], vec![0.0; residual.len()][..], epsilon = 1e-12);
-    for (d, condensed) in [(&short, &condensed), (&vec![0.0; 41], &condensed), (&fits, &cut), (&fits, &vec![])] {
-        assert!(is_refused(model.at(StateRef::new(d, condensed, 0.0))));
+    for (d, terms) in [(&short, &terms), (&vec![0.0; 41], &terms), (&fits, &cut), (&fits, &longer), (&fits, &vec![])] {
+        assert!(is_refused(model.at(StateRef::new(d, terms, 0.0))));
     }
-    assert_eq!(here.advance(&fits, &mut model.start()), Ok(1.0));
-    for (step, mut out) in [(&short, model.start()), (&fits, cut.clone()), (&fits, vec![])] {
-        assert!(is_refused(here.advance(step, &mut out)));
+    let [steps, cut] = [&terms, &cut].map(|terms| vec![terms[0].condensed.clone()]);
+    assert_eq!(here.advance(TermStep { displacement: &fits, load: 0.0 }, &mut steps.clone()), Ok(1.0));
+    for (step, mut out) in [(&short, steps.clone()), (&fits, cut), (&fits, vec![])] {
+        assert!(is_refused(here.advance(TermStep { displacement: step, load: 0.0 }, &mut out)));
     }
 }
 
@@ -378,16 +381,16 @@ fn assemblers_asked_for_models_and_vectors_of_others() {
         model
     };
     let mine = model(20, 1);
-    let (fits, condensed) = (vec![0.0; 40], mine.start());
+    let (fits, terms) = (vec![0.0; 40], mine.start());
     let (mut assembler, mut system) = (mine.assembler(), System::default());
-    assembler.assemble(&mine, StateRef::new(&fits, &condensed, 0.0), &mut system).unwrap();
+    assembler.assemble(&mine, StateRef::new(&fits, &terms, 0.0), &mut system).unwrap();
     assert!(system.scale.is_finite() && system.residual.iter().chain(&system.values).all(|v| v.is_finite()));
     // Bodies of another model, two for one, and none.
     for other in [model(20, 2), model(20, 0)] {
         assert!(is_refused(assembler.assemble(&other, StateRef::new(&fits, &other.start(), 0.0), &mut system)));
     }
-    for (d, condensed) in [(&vec![0.0; 39], &condensed), (&fits, &vec![]), (&fits, &vec![vec![]])] {
-        let state = StateRef::new(d, condensed, 0.0);
+    for (d, terms) in [(&vec![0.0; 39], &terms), (&fits, &vec![]), (&fits, &vec![TermState::default()])] {
+        let state = StateRef::new(d, terms, 0.0);
         assert!(is_refused(assembler.assemble(&mine, state, &mut system)));
     }
     // A body that reaches beyond the nodes of its model.
@@ -691,7 +694,7 @@ fn memories_of_terms_are_transferred() {
     };
     let path = problem().run().unwrap().completed().unwrap();
     let moved = problem().transfer(&problem(), path.last()).unwrap();
-    assert!(moved.condensed[1][0] > 0.1 && moved.condensed[1] == path.last().condensed[1]);
+    assert!(moved.terms[1].history[0] > 0.1 && moved.terms[1] == path.last().terms[1]);
 }
 
 /// A rubber whose component 33 alone is NaN, and whose distortional energy depends on the volume once it remembers.

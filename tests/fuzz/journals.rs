@@ -4,13 +4,14 @@ use std::path::PathBuf;
 use rkpm::output::Journal;
 use rkpm::prelude::*;
 use rkpm::solve::{State, Step, StepControlState};
+use rkpm::term::TermState;
 
 use super::harness::Input;
 
 fn path(input: &mut Input) -> EquilibriumPath {
     let state = |input: &mut Input| State {
         displacement: (0..input.random.usize(0..4)).map(|_| input.good(-1.0, 1.0)).collect(),
-        condensed: (0..input.random.usize(0..3)).map(|_| vec![0.5]).collect(),
+        terms: vec![TermState { condensed: vec![0.5], history: vec![] }; input.random.usize(0..3)],
         load: input.good(0.0, 1.0),
         ..State::default()
     };

@@ -1,5 +1,6 @@
 use rkpm::prelude::*;
 use rkpm::solve::{Deflection, Following, Newton, State, Step, StepControl, StepControlState};
+use rkpm::term::TermState;
 
 use super::harness::Input;
 
@@ -21,15 +22,16 @@ fn state(input: &mut Input, sound: &State) -> State {
     spoil(input, &mut state.displacement);
     spoil(input, &mut state.multipliers);
     match input.random.usize(0..12) {
-        0 => state.condensed.clear(),
-        1 => state.condensed.push(vec![1.0]),
-        2 => state.condensed.iter_mut().for_each(Vec::clear),
-        3 => state.condensed.reverse(),
-        4 => state.condensed.iter_mut().for_each(|l| l.fill(f64::NAN)),
+        0 => state.terms.clear(),
+        1 => state.terms.push(TermState { condensed: vec![1.0], history: Vec::new() }),
+        2 => state.terms.iter_mut().for_each(|own| own.condensed.clear()),
+        3 => state.terms.reverse(),
+        4 => state.terms.iter_mut().for_each(|own| own.condensed.fill(f64::NAN)),
         _ => {
-            let k = input.random.usize(0..state.condensed.len().max(1));
-            if let Some(condensed) = state.condensed.get_mut(k) {
-                spoil(input, condensed);
+            let k = input.random.usize(0..state.terms.len().max(1));
+            if let Some(own) = state.terms.get_mut(k) {
+                let numbers = if input.once_in(4) { &mut own.history } else { &mut own.condensed };
+                spoil(input, numbers);
             }
         }
     }

@@ -14,6 +14,7 @@ use std::cell::Cell;
 use rkpm::assembly::{StateRef, System};
 use rkpm::prelude::*;
 use rkpm::solve::State;
+use rkpm::term::TermStep;
 
 struct Counting;
 
@@ -66,15 +67,20 @@ fn assembles_without_allocation<const D: usize>(problem: &Problem<D>) {
     let mut assembler = model.assembler();
     let mut system = System::default();
     let (first, ()) =
-        allocations(|| assembler.assemble(model, StateRef::new(&d, &state.condensed, 0.5), &mut system).unwrap());
+        allocations(|| assembler.assemble(model, StateRef::new(&d, &state.terms, 0.5), &mut system).unwrap());
     // The counter counts.
     assert!(first > 0);
     let (again, ()) =
-        allocations(|| assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap());
-    let mut steps: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
-    let (advance, _) =
-        allocations(|| model.at(StateRef::new(&d, &state.condensed, 1.0)).unwrap().advance(&d, &mut steps).unwrap());
-    let (energy, _) = allocations(|| model.at(StateRef::new(&d, &state.condensed, 1.0)).unwrap().energy());
+        allocations(|| assembler.assemble(model, StateRef::new(&d, &state.terms, 1.0), &mut system).unwrap());
+    let mut steps: Vec<Vec<f64>> = state.terms.iter().map(|own| vec![0.0; own.condensed.len()]).collect();
+    let (advance, _) = allocations(|| {
+        model
+            .at(StateRef::new(&d, &state.terms, 1.0))
+            .unwrap()
+            .advance(TermStep { displacement: &d, load: 0.0 }, &mut steps)
+            .unwrap()
+    });
+    let (energy, _) = allocations(|| model.at(StateRef::new(&d, &state.terms, 1.0)).unwrap().energy());
     assert_eq!((again, advance, energy), (0, 0, 0), "{} unknowns", model.unknowns());
 }
 

@@ -14,7 +14,7 @@ use rkpm::prelude::*;
 use rkpm::scene::ConstraintMethod;
 use rkpm::solve::EquilibriumPath;
 use rkpm::tensor::{Tangent, add_determinant_hessian, cofactor, components};
-use rkpm::term::{ElasticFoundation, PointDerivatives, PointState, Sparsity};
+use rkpm::term::{Element, ElasticFoundation, Layout, PointDerivatives, PointState, Sparsity, Term, View};
 
 // begin: kernel
 /// (1 − z²)³.
@@ -312,6 +312,50 @@ fn a_users_integrand_joins_the_terms_of_a_scene() {
     // To the bit: the same arithmetic through the same trait.
     assert_eq!(own, built_in);
     assert!(own.0[0] < 0.8 * free.0[0] && own.0[0] > 0.0, "{} {}", own.0[0], free.0[0]);
+}
+
+/// c ḋ on the first node, which remembers where that was.
+struct Dashpot(f64);
+
+impl Term for Dashpot {
+    fn dim(&self) -> usize {
+        1
+    }
+
+    fn nodes(&self, _: usize) -> &[u32] {
+        &[0]
+    }
+
+    fn layout(&self) -> Layout {
+        Layout { history: 1, timed: true, ..Layout::default() }
+    }
+
+    fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
+        // Nothing moves at load factor 0, where no time has passed.
+        let damping = if view.elapsed > 0.0 { self.0 / view.elapsed } else { 0.0 };
+        out.residual[0] = damping * (view.displacement[0] - view.history[0]);
+        if out.with_matrix {
+            out.matrix[0] = damping;
+        }
+    }
+
+    fn update(&self, view: View<'_>, next: &mut [f64]) {
+        next[0] = view.displacement[0];
+    }
+}
+
+/// A bore that is widened at an even speed: the force is c ḋ more, whatever the steps.
+#[test]
+fn a_users_dashpot_takes_the_time_of_the_scene() {
+    let scene = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, yeoh()).prescribe(Side::Min, 0, 0.1).over_time(4.0);
+    let force = |damping: f64| {
+        let mut problem = scene.discretize(&Scheme::elements(1).particles([9])).unwrap();
+        problem.add(Dashpot(damping));
+        let path = problem.run().unwrap().completed().unwrap();
+        assert_eq!(path.last().time, 4.0);
+        problem.reaction(path.last(), Side::Min).unwrap()[0]
+    };
+    assert_relative_eq!((force(20.0) - force(0.0)).abs(), 20.0 * 0.1 / 4.0, max_relative = 1e-9);
 }
 
 /// A solver that counts its factorisations and leaves the work to another one.

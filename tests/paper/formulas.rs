@@ -156,7 +156,7 @@ fn deformed(kinematics: impl Kinematics<2> + Copy) -> (ShapeTable<2>, Model, Sta
         .flat_map(|x| [0.3 * x[0] + 0.2 * x[1], 0.1 * x[0] * x[1] - 0.1 * x[1]])
         .map(|u| u + 0.02 * random.f64())
         .collect();
-    let state = State { displacement, condensed: model.start(), load: 1.0, ..State::default() };
+    let state = State { displacement, terms: model.start(), load: 1.0, ..State::default() };
     (table, model, state, rubber)
 }
 

@@ -121,7 +121,8 @@ fn bits(path: &EquilibriumPath) -> Vec<u64> {
     let mut bits = vec![path.iterations as u64, path.rejected as u64];
     for step in &path.steps {
         let state = &step.state;
-        let numbers = state.displacement.iter().chain(state.condensed.iter().flatten()).chain(&state.multipliers);
+        let own = state.terms.iter().flat_map(|own| own.condensed.iter().chain(&own.history));
+        let numbers = state.displacement.iter().chain(own).chain(&state.multipliers);
         bits.extend(numbers.map(|x| x.to_bits()));
         bits.extend([state.load.to_bits(), step.energy.to_bits(), step.iterations as u64]);
         bits.extend(step.inertia.iter().flat_map(|i| [i.positive as u64, i.negative as u64]));

@@ -15,6 +15,7 @@ use rkpm::output::{Flush, Journal};
 use rkpm::prelude::*;
 use rkpm::scene::ConstraintMethod;
 use rkpm::solve::{EnclosedVolume, Newton, State, StepControl};
+use rkpm::term::TermState;
 
 /// A folder of this test's own, emptied first.
 fn folder(name: &str) -> PathBuf {
@@ -304,7 +305,7 @@ fn paths_that_do_not_fit_are_refused() {
         (&(|p: &mut EquilibriumPath| p.start.displacement.clear()) as &dyn Fn(&mut EquilibriumPath), "displacement"),
         (&|p: &mut EquilibriumPath| p.steps[1].state.displacement.push(0.0), "displacement"),
         (&|p: &mut EquilibriumPath| p.steps[2].state.multipliers.clear(), "multipliers"),
-        (&|p: &mut EquilibriumPath| p.steps[2].state.condensed[0].clear(), "condensed unknowns"),
+        (&|p: &mut EquilibriumPath| p.steps[2].state.terms[0].condensed.clear(), "condensed unknowns"),
     ] {
         let error = refusal(change);
         assert!(
@@ -429,7 +430,11 @@ fn endings_are_read_as_they_were_written() {
 #[test]
 fn states_that_are_no_numbers_are_not_written() {
     let folder = folder("numbers");
-    let state = |number| State { displacement: vec![0.0], condensed: vec![vec![number]], ..State::default() };
+    let state = |number| State {
+        displacement: vec![0.0],
+        terms: vec![TermState { condensed: vec![number], ..TermState::default() }],
+        ..State::default()
+    };
     let step = |number| rkpm::solve::Step {
         state: state(number),
         iterations: 1,

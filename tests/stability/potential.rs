@@ -61,7 +61,7 @@ fn work_is_stored() {
 fn states_do_not_depend_on_how_they_were_reached() {
     let scheme = one_potential().particles([33, 7]);
     let same = |a: &State, b: &State| {
-        let off = apart(&a.displacement, &b.displacement).max(apart(&a.condensed[0], &b.condensed[0]));
+        let off = apart(&a.displacement, &b.displacement).max(apart(&a.terms[0].condensed, &b.terms[0].condensed));
         println!("states apart by {off:.1e}");
         assert!(off < 1e-8, "{off:.1e}");
     };

@@ -83,7 +83,8 @@ fn strategies_agree<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result
     let (a, b) = (&multipliers.multipliers, &transformed.multipliers);
     prop_assert!(!a.is_empty() && largest(a) > 0.0);
     prop_assert!(distance(a, b) <= tolerance * largest(a), "multipliers {:e} of {:e}", distance(a, b), largest(a));
-    for (a, b) in multipliers.condensed.iter().zip(&transformed.condensed) {
+    for (a, b) in multipliers.terms.iter().zip(&transformed.terms) {
+        let (a, b) = (&a.condensed, &b.condensed);
         prop_assert!(distance(a, b) <= tolerance * largest(a).max(1.0));
     }
     Ok((problem, transformed))

@@ -11,7 +11,7 @@ use rkpm::cells::{Lattice, Layout};
 use rkpm::nalgebra::{Matrix3, Rotation2, Rotation3, SMatrix, Vector3};
 use rkpm::prelude::*;
 use rkpm::solve::State;
-use rkpm::term::ElasticFoundation;
+use rkpm::term::{ElasticFoundation, TermState, TermStep};
 
 type Pt<const D: usize> = Point<D>;
 type Kernels<const D: usize> = ReproducingKernel<D, CubicSpline, Polynomial<D>>;
@@ -159,28 +159,32 @@ fn exponents(model: &Model) -> Vec<(usize, usize)> {
 }
 
 /// The condensed unknowns that belong to a displacement: those that a Newton step of zero leaves as they are.
-fn settled(model: &Model, d: &[f64], load: f64) -> Vec<Vec<f64>> {
+fn settled(model: &Model, d: &[f64], load: f64) -> Vec<TermState> {
     settled_from(model, d, load, None)
 }
 
 /// The same with the exponents of other condensed unknowns: what a zone projects goes over from roots of J to J by steps, and
 /// a body is the potential of its forces between them.
-fn settled_from(model: &Model, d: &[f64], load: f64, held: Option<&[Vec<f64>]>) -> Vec<Vec<f64>> {
-    let mut condensed = held.map_or_else(|| model.start(), <[_]>::to_vec);
+fn settled_from(model: &Model, d: &[f64], load: f64, held: Option<&[TermState]>) -> Vec<TermState> {
+    let mut terms = held.map_or_else(|| model.start(), <[_]>::to_vec);
     let zero = vec![0.0; d.len()];
     // One round for the projected J, one for the pressure that belongs to it, one for rounding; and as many again for each
     // of the exponents that a pressure asks for.
     for _ in 0..9 {
-        let mut step: Vec<Vec<f64>> = condensed.iter().map(|l| vec![0.0; l.len()]).collect();
-        model.at(StateRef::new(d, &condensed, load)).unwrap().advance(&zero, &mut step).unwrap();
-        for (condensed, step) in condensed.iter_mut().zip(&step) {
-            condensed.iter_mut().zip(step).for_each(|(l, s)| *l += s);
+        let mut step: Vec<Vec<f64>> = terms.iter().map(|own| vec![0.0; own.condensed.len()]).collect();
+        model
+            .at(StateRef::new(d, &terms, load))
+            .unwrap()
+            .advance(TermStep { displacement: &zero, load: 0.0 }, &mut step)
+            .unwrap();
+        for (own, step) in terms.iter_mut().zip(&step) {
+            own.condensed.iter_mut().zip(step).for_each(|(l, s)| *l += s);
         }
         for (term, place) in exponents(model).into_iter().filter(|_| held.is_some()) {
-            condensed[term][place] = held.map_or(0.0, |held| held[term][place]);
+            terms[term].condensed[place] = held.map_or(0.0, |held| held[term].condensed[place]);
         }
     }
-    condensed
+    terms
 }
 
 fn forces(model: &Model, d: &[f64], load: f64) -> Vec<f64> {
@@ -228,12 +232,12 @@ fn direction<const D: usize>(random: &mut fastrand::Rng, unknowns: usize) -> Vec
 
 /// Forces and energy of a rigid motion vanish.
 fn is_free(model: &Model, d: &[f64]) -> Result<bool, TestCaseError> {
-    let condensed = model.start();
-    let force = largest(&model.at(StateRef::new(d, &condensed, 0.0)).unwrap().residual());
+    let terms = model.start();
+    let force = largest(&model.at(StateRef::new(d, &terms, 0.0)).unwrap().residual());
     let scale = stiffness(model, &vec![0.0; d.len()]) * largest(d);
     // 1e-10 of stiffness times motion, the bound requested; F comes out to ε times a few neighbours.
     prop_assert!(force <= 1e-10 * scale, "{force:e} of {scale:e}");
-    let energy = model.at(StateRef::new(d, &condensed, 0.0)).unwrap().energy();
+    let energy = model.at(StateRef::new(d, &terms, 0.0)).unwrap().energy();
     // The energy is quadratic about its minimum: rounding ε in F leaves ε² of it, and ε in the sums.
     prop_assert!(abs_diff_eq!(energy, 0.0, epsilon = 1e-12 * scale * largest(d)), "{energy:e}");
     Ok(true)
@@ -401,16 +405,16 @@ fn forces_do_not_see_local_unknowns_twice() {
         let model = body_model(recipe, &lattice, &approximation, &PlaneStrain);
         let d = deformed(random, &lattice, 0.1);
         let settled = settled(&model, &d, 0.0);
-        let direction: Vec<f64> = settled.iter().flatten().map(|_| signed(random)).collect();
+        let direction: Vec<f64> = settled.iter().flat_map(|own| &own.condensed).map(|_| signed(random)).collect();
         let reference = model.at(StateRef::new(&d, &settled, 0.0)).unwrap().residual();
         let error = |size: f64| {
             let mut moved = settled.clone();
-            for (local, change) in moved.iter_mut().flatten().zip(&direction) {
+            for (local, change) in moved.iter_mut().flat_map(|own| &mut own.condensed).zip(&direction) {
                 *local += size * change;
             }
             // Exponents are given, not solved for.
             for (term, place) in exponents(&model) {
-                moved[term][place] = settled[term][place];
+                moved[term].condensed[place] = settled[term].condensed[place];
             }
             let residual = model.at(StateRef::new(&d, &moved, 0.0)).unwrap().residual();
             residual.iter().zip(&reference).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
@@ -451,7 +455,7 @@ fn all_pressures_at_points_reach_the_solution_of_the_displacements() {
         prop_assert!(distance(mixed.last()) <= 1e-9 * size, "{:e}", distance(mixed.last()));
         // Where the pressures start must not matter either.
         let mut start = mixed.start.clone();
-        for local in start.condensed.iter_mut().flatten() {
+        for local in start.terms.iter_mut().flat_map(|own| &mut own.condensed) {
             *local += 0.05 * signed(random);
         }
         let other = problem.analysis().resume(problem.model(), problem.equations(), start, &mut ()).unwrap();

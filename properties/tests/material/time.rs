@@ -375,7 +375,7 @@ fn bodies_that_do_not_remember_carry_nothing() {
     let plain = problem(&scene, Stepping::default());
     let clusters = 0..plain.body().table().clusters().count();
     let condensed = clusters.map(|cluster| plain.body().unknowns(cluster).end).max().unwrap();
-    assert_eq!(plain.at_rest().condensed[0].len(), condensed);
+    assert_eq!(plain.at_rest().terms[0].condensed.len(), condensed);
     assert_eq!(plain.body().layout().history, 0);
     let path = plain.run().unwrap().completed().unwrap();
     assert_eq!(path.steps.len(), 1, "time is no reason for steps where nothing relaxes");

@@ -1,5 +1,6 @@
 //! What an iteration needs of a state: elements beside the particles, conditions, and the mass of the pressures.
 
+use crate::term::TermState;
 use std::cell::RefCell;
 use std::sync::Arc;
 
@@ -74,8 +75,9 @@ impl Iteration {
             }
             None => at.displacement.to_vec(),
         };
-        let condensed = at.condensed.get(*term).map(|l| vec![l.clone()]).unwrap_or_default();
-        let formed = self.assembler.assemble(model, StateRef::new(&own, &condensed, at.load), &mut self.system);
+        let terms: Vec<TermState> = at.terms.get(*term).into_iter().cloned().collect();
+        let own_state = StateRef { time: at.time, ..StateRef::new(&own, &terms, at.load) };
+        let formed = self.assembler.assemble(model, own_state, &mut self.system);
         let finite = formed.is_ok() && self.system.values.iter().all(|v| v.is_finite());
         let mut wrong = [f64::from(u8::from(!finite))];
         total(&self.ranks, &mut wrong);

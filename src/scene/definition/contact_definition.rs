@@ -158,7 +158,7 @@ impl Law {
         if rigid.is_none() && other.is_none() {
             return barred;
         }
-        let view = View { displacement: rest, condensed: &[], load: 0.0 };
+        let view = View::at_rest(rest, 0.0);
         let free = rigid.and_then(|law| law.surface.free_direction());
         let total: f64 = surface.traces.summed(|trace| trace.area);
         for (k, trace) in surface.traces.iter().enumerate() {

@@ -77,7 +77,7 @@ pub(crate) fn contact_definition<const D: usize>(
         let stiffness = Stiffness::of(shear, bulk);
         let law = RigidContact::new(contact_surface, contact.surface.clone(), moved, rigid_dof, stiffness, fixes);
         let begun = started(moved, model.unknowns());
-        if let Some(undefined) = law.undefined(&View { displacement: &begun, condensed: &[], load: 0.0 }) {
+        if let Some(undefined) = law.undefined(&View::at_rest(&begun, 0.0)) {
             return Err(undefined.into());
         }
         if !contact.goes_on {
@@ -316,7 +316,7 @@ fn deepest(law: &RigidContact, displacement: &[f64], load: f64) -> Option<(f64, 
 
 /// The same of the mean gaps of trace functions at load factor 0.
 fn deepest_mean(law: &RigidContact, displacement: &[f64]) -> Option<(f64, Point<3>)> {
-    let view = View { displacement, condensed: &[], load: 0.0 };
+    let view = View::at_rest(displacement, 0.0);
     let (surface, gap) = (&law.contact_surface, |trace: usize| law.local_contact(trace, &view, |_, _, _| {}).gap);
     let depth = |(k, trace): (usize, &Trace)| (-gap(k), surface.table.positions[trace.points[0].0 as usize]);
     surface.traces.iter().enumerate().map(depth).max_by(|a, b| a.0.total_cmp(&b.0))

@@ -84,14 +84,4 @@ impl<const D: usize> DiscreteBody<D> {
         let what = "displacement";
         if given < needed { Err(SolveError::OtherModel { what, given, needed }) } else { Ok(()) }
     }
-
-    /// Hydrostatic pressures \[stress\] at the points of the body's table; `number` is that of its term.
-    pub(crate) fn pressures(&self, number: usize, state: &State) -> Option<Vec<f64>> {
-        self.body.pressures(state.view(number)?)
-    }
-
-    /// The same of the part that is proportional to the bulk modulus.
-    pub(crate) fn bulk_pressures(&self, number: usize, state: &State) -> Option<Vec<f64>> {
-        self.body.bulk_pressures(state.view(number)?)
-    }
 }

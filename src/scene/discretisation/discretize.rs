@@ -10,14 +10,14 @@ use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation, Una
 use crate::cells::member;
 use crate::compiled::compiled;
 use crate::each::{Each, EachOf, IntoEach};
-use crate::error::{Error, Incompatible};
+use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Point, all_padded, padded};
 use crate::linear::{Direct, Krylov};
 use crate::material::Material;
 use crate::order;
 use crate::solve::Analysis;
 use crate::table::ShapeTable;
-use crate::term::{FollowerPressure, Integrand, Pointwise};
+use crate::term::{Amplitude, FollowerPressure, Integrand, Pointwise};
 
 use super::body_cells::all_cells;
 use super::bond::bond_all;
@@ -224,7 +224,9 @@ fn finish<const D: usize>(
     }
     let bonded = bond_all(scene, all, &discrete_bodies, &rules, &mut equations, &mut placed)?;
     let mut frames = rigid::frames(scene, all, &ties, &mut equations, &mut placed, &mut positions)?;
+    scene.clock.as_ref().map_or(Ok(()), validate_clock)?;
     let mut model = Model::new(&all_padded::<3, D>(&positions));
+    model.set_clock(scene.clock.clone());
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
     }
@@ -318,4 +320,20 @@ fn analysis_of(scheme: &Scheme, transformable: bool, krylov: Option<Krylov>) -> 
     analysis.newton = scheme.newton;
     analysis.stepping = scheme.stepping;
     Ok(analysis)
+}
+
+/// Refuses a clock of the scene that is not finite or falls.
+fn validate_clock(clock: &Amplitude) -> Result<(), Error> {
+    clock.validate(|| "the clock of the scene".into())?;
+    const LOOKS: usize = 64;
+    let times = (0..=LOOKS).map(|k| clock.value(k as f64 / LOOKS as f64));
+    let times: Vec<f64> = match clock {
+        Amplitude::Table(pairs) => pairs.mapped(|p| p.1),
+        _ => times.collect(),
+    };
+    ensure!(
+        times.iter().all(|t| t.is_finite()) && !times.windows(2).any(|w| w[1] < w[0]),
+        BoundaryError::Amplitude { of: "the clock of the scene".into(), what: "the time is not finite, or falls" }
+    );
+    Ok(())
 }

@@ -10,7 +10,7 @@ use crate::geometry::{Mat3, Point, Vec3, padded};
 use crate::linear::vector::dot;
 use crate::quadrature::Points;
 use crate::table::ShapeTable;
-use crate::term::{Amplitude, Element, Layout, Pointwise, Term, View};
+use crate::term::{Amplitude, Element, Layout, Pointwise, Term, TermStep, View};
 
 use super::frame::RigidFrame;
 use super::unmeasured::Unmeasured;
@@ -158,9 +158,9 @@ impl Term for Rigidity {
         }
     }
 
-    fn advance(&self, _: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
+    fn advance(&self, _: usize, view: View<'_>, step: TermStep<'_>, condensed_step: &mut [f64]) -> f64 {
         condensed_step[0] = 0.0;
-        let step = &step[self.frame.unknowns()];
+        let step = &step.displacement[self.frame.unknowns()];
         for ((strain, slope), out) in self.frame.strains(view.displacement).iter().zip(&mut condensed_step[1..]) {
             *out = self.stiffness * (strain + dot(slope, step)) / self.frame.unit;
         }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use crate::boundary::Constraints;
 use crate::cells::Cells;
-use crate::each::Each;
 use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Bounds, Part};
 use crate::linear::Krylov;
@@ -13,7 +12,7 @@ use crate::material::{FreeThickness, Material};
 use crate::quadrature::Points;
 use crate::shape::Approximation;
 use crate::table::ShapeTable;
-use crate::term::{Amplitude, Body};
+use crate::term::Body;
 
 use super::conditions::{Conditioned, Placed, Prescribed, Refused, equations};
 use super::discrete_body::DiscreteBody;
@@ -66,7 +65,7 @@ impl<const D: usize> BodyInput<'_, D> {
         if self.first == 0 && table.node_count() == self.total { table } else { table.shifted(self.first, self.total) }
     }
 
-    /// The body of a table and of its material as the kinematics moves it, with the scene's free expansion and its clock.
+    /// The body of a table and of its material as the kinematics moves it, with the scene's free expansion.
     pub(crate) fn body_of(
         &self,
         table: ShapeTable<D>,
@@ -75,7 +74,7 @@ impl<const D: usize> BodyInput<'_, D> {
         let (scene, own) = (self.scene, self.body.material.clone());
         let law: Arc<dyn Material> =
             if scene.kinematics.is_plane_stress() { Arc::new(FreeThickness(own)) } else { own };
-        clocked(scene, of(self.among_all(expanding(scene, table)?), law))
+        Ok(of(self.among_all(expanding(scene, table)?), law))
     }
 
     /// The equations of the conditions on the body and of its parts tied to rigid ones.
@@ -112,23 +111,6 @@ pub(crate) fn expanding<const D: usize>(scene: &Scene<D>, table: ShapeTable<D>) 
         None => Ok(table),
         Some(stretch) => table.expanding(|x| stretch.at(x, 1.0)),
     }
-}
-
-/// A body with the clock of the scene.
-fn clocked<const D: usize>(scene: &Scene<D>, body: Body<D>) -> Result<Body<D>, Error> {
-    let Some(clock) = &scene.clock else { return Ok(body) };
-    clock.validate(|| "the clock of the scene".into())?;
-    const LOOKS: usize = 64;
-    let times = (0..=LOOKS).map(|k| clock.value(k as f64 / LOOKS as f64));
-    let times: Vec<f64> = match clock {
-        Amplitude::Table(pairs) => pairs.mapped(|p| p.1),
-        _ => times.collect(),
-    };
-    ensure!(
-        times.iter().all(|t| t.is_finite()) && !times.windows(2).any(|w| w[1] < w[0]),
-        BoundaryError::Amplitude { of: "the clock of the scene".into(), what: "the time is not finite, or falls" }
-    );
-    Ok(body.with_clock(clock.clone()))
 }
 
 /// The refusal of a load whose place selects nothing, with the boundary particles that it is among.

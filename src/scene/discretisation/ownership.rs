@@ -1,7 +1,7 @@
 //! What a rank holds of the condensed unknowns, by names that belong to the scene.
 
 use crate::geometry::Point;
-use crate::term::Term;
+use crate::term::{Term, TermState};
 
 use crate::scene::{DiscreteBody, Problem};
 
@@ -14,8 +14,8 @@ pub struct LocalOwnership {
     pub terms: Vec<TermOwnership>,
 }
 
-/// What a rank holds of a term: its vector of a state has the unknowns cluster by cluster, then what the memory has in
-/// common, then the memory cluster by cluster.
+/// What a rank holds of a term: in each of its two lists of a state first what all ranks have in common, then what belongs to its clusters,
+/// one after the other.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TermOwnership {
@@ -25,21 +25,22 @@ pub struct TermOwnership {
     pub unknowns: Vec<usize>,
     /// Number of internal variables of each cluster.
     pub internal_variables: Vec<usize>,
-    /// How many numbers all ranks hold: of bodies the time at which the memory was written, of replicated terms all.
-    pub common: usize,
+    /// How many condensed unknowns and internal variables all ranks hold: those of replicated terms.
+    pub common: [usize; 2],
 }
 
 impl TermOwnership {
-    /// The length of the term's vector of a state.
-    pub fn total(&self) -> usize {
-        self.unknowns.iter().sum::<usize>() + self.common + self.internal_variables.iter().sum::<usize>()
+    /// Numbers of condensed unknowns and of internal variables of the term.
+    pub fn total(&self) -> [usize; 2] {
+        let [unknowns, internal_variables] = self.common;
+        let of_clusters = [&self.unknowns, &self.internal_variables].map(|counts| counts.iter().sum::<usize>());
+        [unknowns + of_clusters[0], internal_variables + of_clusters[1]]
     }
 
     fn of_body<const D: usize>(discrete_body: &DiscreteBody<D>) -> Self {
         let table = discrete_body.body.table();
-        let variables = discrete_body.body.layout().history;
-        let each = variables.saturating_sub(1) / table.point_count().max(1);
-        let mut ownership = TermOwnership { common: variables.min(1), ..TermOwnership::default() };
+        let each = discrete_body.body.layout().history / table.point_count().max(1);
+        let mut ownership = TermOwnership::default();
         for cluster in 0..table.clusters().count() {
             let points = table.clusters().points(cluster);
             ownership.keys.push(key(&table.positions()[points.clone()]));
@@ -53,11 +54,14 @@ impl TermOwnership {
 impl<const D: usize> Problem<D> {
     /// Whose condensed unknowns this rank holds; alone, those of all zones.
     pub fn ownership(&self) -> LocalOwnership {
-        let of = |(number, start): (usize, &Vec<f64>)| match (self.discrete_bodies.get(number), start.len()) {
-            (_, 0) => TermOwnership::default(),
-            (Some(discrete_body), _) => TermOwnership::of_body(discrete_body),
-            // Replicated terms.
-            (None, total) => TermOwnership { common: total, ..TermOwnership::default() },
+        let of = |(number, start): (usize, &TermState)| {
+            let total = [start.condensed.len(), start.history.len()];
+            match self.discrete_bodies.get(number) {
+                _ if total == [0; 2] => TermOwnership::default(),
+                Some(discrete_body) => TermOwnership::of_body(discrete_body),
+                // Replicated terms.
+                None => TermOwnership { common: total, ..TermOwnership::default() },
+            }
         };
         LocalOwnership { terms: self.model.start().iter().enumerate().map(of).collect() }
     }

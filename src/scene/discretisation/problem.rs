@@ -166,7 +166,7 @@ impl<const D: usize> Problem<D> {
 
     /// Time at a state, by the clock of the scene \[time\]; 0 without one.
     pub fn time(&self, state: &State) -> f64 {
-        self.body().time(state.load)
+        self.model.time(state.load)
     }
 
     /// Positions of the points of the bodies' tables \[length\], at which fields are given.

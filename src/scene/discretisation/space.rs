@@ -245,6 +245,7 @@ pub(crate) fn krylov<const D: usize>(
         return refused("pressures that are not projected on zones of cells", "take the default rule and pressures");
     };
     let mut model = Model::new(cells.positions());
+    model.set_clock(scene.clock.clone());
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
     }

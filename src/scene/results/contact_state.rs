@@ -115,7 +115,7 @@ impl<const D: usize> Problem<D> {
                 places.push(Place { reference: padded(&reference), position: padded(&position), area });
             }
         }
-        Ok(found(contact, state, &places))
+        Ok(found(contact, state, self.model.at_own(state).view(contact.term), &places))
     }
 
     /// The work that friction has taken along a path on the surface of a name \[force·length\]: over its steps, the mean traction times
@@ -129,7 +129,8 @@ impl<const D: usize> Problem<D> {
         before.check_lengths(&self.model, &self.equations)?;
         for step in &path.steps {
             step.state.check_lengths(&self.model, &self.equations)?;
-            let (was, now) = (seen(before, contact.term), seen(&step.state, contact.term));
+            let (was, now) =
+                (self.model.at_own(before).view(contact.term), self.model.at_own(&step.state).view(contact.term));
             work += match &contact.law {
                 Law::Rigid(law) => law.friction_work(&was, &now),
                 Law::Pair(law, _) => law.friction_work(&was, &now),
@@ -160,8 +161,7 @@ struct Place {
 }
 
 /// What a state tells of a contact whose trace functions have places.
-fn found<const D: usize>(contact: &Contact, state: &State, places: &[Place]) -> ContactState<D> {
-    let view = seen(state, contact.term);
+fn found<const D: usize>(contact: &Contact, state: &State, view: View<'_>, places: &[Place]) -> ContactState<D> {
     let none = (Point::zeros(), 0.0, None);
     let (pressed, (travel, angle, depth), moment, swapped) = match &contact.law {
         Law::Rigid(law) => {
@@ -230,11 +230,6 @@ fn along<const D: usize>(points: &mut Vec<ContactPoint<D>>, traces: &[Trace], pl
         width(&points[first - chain.len()..first], *closed)
     });
     widths.sum()
-}
-
-/// What a term sees of a state.
-fn seen(state: &State, term: usize) -> View<'_> {
-    View { displacement: &state.displacement, condensed: &state.condensed[term], load: state.load }
 }
 
 /// The width of contact along a chain of trace functions: between the last trace function that touches and the next one the square of the

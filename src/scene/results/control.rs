@@ -4,7 +4,7 @@ use crate::each::Each;
 use crate::error::{BoundaryError, Error, Invalid};
 use crate::geometry::Point;
 use crate::solve::{Deflection, EquilibriumPath, Functional, Observer, State};
-use crate::term::{parted, parted_mut};
+use crate::term::TermState;
 
 use crate::scene::Problem;
 use crate::scene::results::verdict::Judging;
@@ -124,15 +124,16 @@ impl<const D: usize> Problem<D> {
         let length = behind.load - before.load;
         let part = if length == 0.0 { 1.0 } else { (load - before.load) / length };
         let mix = |a: &[f64], b: &[f64]| -> Vec<f64> { a.paired(b, |a, b| a + part * (b - a)) };
-        let mut condensed: Vec<Vec<f64>> = before.condensed.paired(&behind.condensed, |a, b| mix(a, b));
-        for (term, (condensed, before)) in self.model.terms().iter().zip(condensed.iter_mut().zip(&before.condensed)) {
-            parted_mut(&**term, condensed).1.copy_from_slice(parted(&**term, before).1);
-        }
+        let between = |a: &TermState, b: &TermState| TermState {
+            condensed: mix(&a.condensed, &b.condensed),
+            history: a.history.clone(),
+        };
         State {
             displacement: mix(&before.displacement, &behind.displacement),
-            condensed,
+            terms: before.terms.paired(&behind.terms, between),
             multipliers: mix(&before.multipliers, &behind.multipliers),
             load,
+            time: before.time,
             origin: self.model.origin(),
         }
     }

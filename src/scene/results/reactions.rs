@@ -284,7 +284,7 @@ impl<const D: usize> Problem<D> {
         // What stands behind a dot would be left out of the names of all files: `push_0.5` and `push_0.7` would be one.
         check_ending(file, &["pvd"])?;
         let mut films = PvdCollection::default();
-        let since = (!self.body().has_clock()).then_some(0.0);
+        let since = (!self.model.has_clock()).then_some(0.0);
         self.write_states(path, 0, file, "", since, &mut films)?;
         // All ranks sum forces.
         let history = self.history(path)?;

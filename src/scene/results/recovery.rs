@@ -372,11 +372,12 @@ impl<'a> Recovery<'a> {
                 components.push((i, j));
             }
         }
-        let gradients = body.settled_gradients(number, state);
+        let view = problem.model.at_own(state).view(number);
+        let gradients = body.settled_gradients(view);
         // Of the body as it was given, its free expansion included.
         let volume = |(point, f): (usize, &Mat3)| f.determinant() / body.at_rest(point).determinant();
         let mut jacobians: Vec<f64> = gradients.iter().enumerate().map(volume).collect();
-        let mut stresses = body.stresses(number, state);
+        let mut stresses = body.stresses(view);
         let mut thickness = Vec::new();
         if body.is_sheet() {
             let across = body.stretches_across(&gradients);

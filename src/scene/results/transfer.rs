@@ -3,13 +3,14 @@
 use crate::compiled::compiled;
 use crate::each::add;
 use crate::error::{ApproximationError, Error};
+use crate::geometry::Point;
 use crate::geometry::cut;
 use crate::linear::vector::{dot, norm};
 use crate::neighbours::BoxTree;
 use crate::scene::Problem;
 use crate::shape::ShapeFunctions;
 use crate::solve::State;
-use crate::term::{Term, parted_mut};
+use crate::term::TermState;
 
 use super::view::BodyView;
 
@@ -73,24 +74,24 @@ impl<const D: usize> Problem<D> {
             let first = discrete_body.nodes.start * D;
             guess.displacement[first..first + found.len()].copy_from_slice(&found);
             let place = from.discrete_bodies.iter().position(|m| m.name == other.name).unwrap_or(0);
-            if let Some(pressures) = other.pressures(place, state) {
+            let pressures = from.model.view(state, place).and_then(|view| other.body.pressures(view));
+            if let Some(pressures) = pressures {
                 let nearest = BoxTree::of(other.body.table().positions());
                 let condensed = discrete_body.body.condensed_of(|x| {
                     // A rank may have no point of the other one.
                     nearest.nearest(x).and_then(|point| pressures.get(point)).copied().unwrap_or(0.0)
                 });
-                if let Some(own) = guess.condensed.get_mut(number).filter(|own| own.len() >= condensed.len()) {
-                    own[..condensed.len()].copy_from_slice(&condensed);
+                if let Some(own) = guess.terms.get_mut(number).filter(|own| own.condensed.len() == condensed.len()) {
+                    own.condensed = condensed;
                 }
             }
-            if let (false, Some(given)) = (other.body.table().point_count() == 0, state.condensed.get(place)) {
+            if let (false, Some(given)) = (other.body.table().point_count() == 0, state.terms.get(place)) {
                 let nearest = BoxTree::of(other.body.table().positions());
-                let internal_variables =
-                    discrete_body.body.memory_from(&other.body, given, |x| nearest.nearest(x).unwrap_or(0));
-                if let (Some(internal_variables), Some(condensed)) =
-                    (internal_variables, guess.condensed.get_mut(number))
-                {
-                    parted_mut(&*discrete_body.body, condensed).1.copy_from_slice(&internal_variables);
+                let nearest = |x: &Point<D>| nearest.nearest(x).unwrap_or(0);
+                let history = discrete_body.body.memory_from(&other.body, &given.history, nearest);
+                if let (Some(history), Some(own)) = (history, guess.terms.get_mut(number)) {
+                    own.history = history;
+                    guess.time = state.time;
                 }
             }
         }
@@ -107,11 +108,11 @@ impl<const D: usize> Problem<D> {
             return;
         }
         let terms = self.model.terms().iter().zip(from.model.terms());
-        let values = guess.condensed.iter_mut().zip(&state.condensed);
+        let values = guess.terms.iter_mut().zip(&state.terms);
         for ((own, given), (term, other)) in values.zip(terms).skip(bodies) {
-            let counts = |term: &dyn Term| (term.clusters(), term.layout().history);
-            if own.len() == given.len() && counts(&**term) == counts(&**other) {
-                own.copy_from_slice(given);
+            let sizes = |own: &TermState| (own.condensed.len(), own.history.len());
+            if sizes(own) == sizes(given) && term.clusters() == other.clusters() {
+                own.clone_from(given);
             }
         }
     }

@@ -312,9 +312,7 @@ impl dyn BodyView + '_ {
     }
 
     /// Deformation gradients at the points of the body's table, in a sheet with the thickness that its history leaves.
-    pub(super) fn settled_gradients(&self, number: usize, state: &State) -> Vec<Mat3> {
-        let condensed = state.condensed.get(number).map_or(&[][..], Vec::as_slice);
-        let view = View { displacement: &state.displacement, condensed, load: state.load };
+    pub(super) fn settled_gradients(&self, view: View<'_>) -> Vec<Mat3> {
         list_of(self.weights().len(), |point| self.deformation_in(point, view))
     }
 
@@ -324,11 +322,10 @@ impl dyn BodyView + '_ {
         gradients.iter().enumerate().map(across).collect()
     }
 
-    /// Cauchy stresses at the points of the body's table; `number` is that of its term.
-    pub(super) fn stresses(&self, number: usize, state: &State) -> Vec<Mat3> {
-        let Some(view) = state.view(number) else { return Vec::new() };
+    /// Cauchy stresses at the points of the body's table.
+    pub(super) fn stresses(&self, view: View<'_>) -> Vec<Mat3> {
         let pressures = self.pressures(view);
-        let mut stresses = self.settled_gradients(number, state);
+        let mut stresses = self.settled_gradients(view);
         for (point, f) in stresses.iter_mut().enumerate() {
             let stress = self.nominal_stress(point, f, view) * f.transpose() / f.determinant();
             *f = match &pressures {
@@ -435,18 +432,18 @@ impl ProblemView<'_> {
 
     /// Deformation gradients at the points of the bodies' tables.
     pub(crate) fn deformation_gradients(&self, state: &State) -> Vec<Mat3> {
-        let mut all = Vec::new();
+        let (here, mut all) = (self.model.at_own(state), Vec::new());
         for (number, body) in self.bodies.iter().enumerate() {
-            all.append(&mut body.settled_gradients(number, state));
+            all.append(&mut body.settled_gradients(here.view(number)));
         }
         all
     }
 
     /// The stretch across the sheet at each particle; nothing where the bodies are no sheets.
     pub(super) fn stretches_across(&self, state: &State) -> Vec<f64> {
-        let mut across = Vec::new();
+        let (here, mut across) = (self.model.at_own(state), Vec::new());
         for (number, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.is_sheet()) {
-            across.append(&mut body.stretches_across(&body.settled_gradients(number, state)));
+            across.append(&mut body.stretches_across(&body.settled_gradients(here.view(number))));
         }
         if across.is_empty() { Vec::new() } else { self.at_particles(&across).mapped(|mean| mean[(0, 0)]) }
     }
@@ -455,17 +452,16 @@ impl ProblemView<'_> {
     pub(crate) fn pressures(&self, state: &State) -> Option<Vec<f64>> {
         let mut all = Vec::new();
         for (number, body) in self.bodies.iter().enumerate() {
-            all.append(&mut body.pressures(state.view(number)?)?);
+            all.append(&mut body.pressures(self.model.view(state, number)?)?);
         }
         Some(all)
     }
 
     /// Cauchy stresses at the points of the bodies' tables.
     pub(super) fn stresses(&self, state: &State) -> Result<Vec<Mat3>, Error> {
-        self.model.at(state)?;
-        let mut stresses = Vec::new();
+        let (here, mut stresses) = (self.model.at(state)?, Vec::new());
         for (number, body) in self.bodies.iter().enumerate() {
-            stresses.append(&mut body.stresses(number, state));
+            stresses.append(&mut body.stresses(here.view(number)));
         }
         Ok(stresses)
     }

@@ -10,7 +10,7 @@ use crate::error::{Error, Incompatible};
 use crate::linear::vector::dot;
 use crate::scene::{DiscreteBody, Problem};
 use crate::solve::State;
-use crate::term::{Amplitude, Element, Layout, Term, View, parted_mut};
+use crate::term::{Amplitude, Element, Layout, Term, TermState, View};
 
 use super::StagePath;
 use super::turning::{Deviation, deviations};
@@ -27,15 +27,15 @@ pub(super) fn start<const D: usize>(done: &[StagePath<D>], problem: &mut Problem
     // A path of another history.
     state.check_lengths(before.model(), before.equations())?;
     expands_as_before(before, problem)?;
-    let mut next = problem.at_rest();
+    let mut next = State { time: state.time, ..problem.at_rest() };
     carry_displacement(before, state, problem, &mut next)?;
     for body in 0..problem.discrete_bodies.len() {
-        next.condensed[body].clone_from(&state.condensed[body]);
+        next.terms[body].clone_from(&state.terms[body]);
     }
     for contact in &problem.contacts {
         let same = before.contacts.iter().find(|other| other.name == contact.name);
         let Some(other) = same else { continue };
-        let (given, to) = (&state.condensed[other.term], &mut next.condensed[contact.term]);
+        let (given, to) = (&state.terms[other.term].condensed, &mut next.terms[contact.term].condensed);
         if given.len() == to.len() {
             to.clone_from(given);
             continue;
@@ -53,7 +53,7 @@ pub(super) fn start<const D: usize>(done: &[StagePath<D>], problem: &mut Problem
     let left = carry_multipliers(before, state, problem, &mut next)?;
     let nodes: Vec<[u32; 1]> = (0..problem.model.node_count() as u32).map(|node| [node]).collect();
     problem.model.add_replicated(Arc::new(Fading::<D> { nodes, forces: left }));
-    next.condensed = pad(next.condensed, problem.model.start());
+    next.terms.push(TermState::default());
     Ok(next)
 }
 
@@ -61,10 +61,10 @@ pub(super) fn start<const D: usize>(done: &[StagePath<D>], problem: &mut Problem
 /// remember the same state.
 fn begin_slips<const D: usize>(problem: &Problem<D>, next: &mut State) {
     for contact in &problem.contacts {
-        let term = &*problem.model.terms()[contact.term];
-        let own = next.condensed[contact.term].clone();
-        let view = View { displacement: &next.displacement, condensed: &own, load: next.load };
-        term.update(view, parted_mut(term, &mut next.condensed[contact.term]).1);
+        let term = &problem.model.terms()[contact.term];
+        let mut history = std::mem::take(&mut next.terms[contact.term].history);
+        term.update(problem.model.at_own(&*next).view(contact.term), &mut history);
+        next.terms[contact.term].history = history;
     }
 }
 
@@ -78,13 +78,6 @@ fn expands_as_before<const D: usize>(before: &Problem<D>, problem: &Problem<D>) 
     let all = problem.discrete_bodies.iter().zip(&before.discrete_bodies);
     ensure!(all.into_iter().all(alike), Incompatible::new("another free expansion", "a later stage", remedy));
     Ok(())
-}
-
-/// The same with the condensed unknowns of terms that were added.
-fn pad(mut condensed: Vec<Vec<f64>>, start: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-    let known = condensed.len();
-    condensed.extend(start.into_iter().skip(known));
-    condensed
 }
 
 /// Takes over the displacements of particles, of surfaces that are pushed, and of rigid bodies.
@@ -202,7 +195,7 @@ fn carry_multipliers<const D: usize>(
     for (term, (own, scale)) in &shapes {
         let Some(term) = *term else { continue };
         let (mine, others) = shaping.split_at(own.len());
-        next.condensed[term][1..].copy_from_slice(&mine.mapped(|multiplier| multiplier * scale));
+        next.terms[term].condensed[1..].copy_from_slice(&mine.mapped(|multiplier| multiplier * scale));
         shaping = others;
     }
     Ok(left)

@@ -88,7 +88,7 @@ pub fn write_stages<const D: usize>(stages: &[StagePath<D>], file: impl AsRef<st
     let file = file.as_ref();
     check_ending(file, &["pvd"])?;
     let mut films = PvdCollection::default();
-    let timed = stages.iter().all(|stage| stage.problem.body().has_clock());
+    let timed = stages.iter().all(|stage| stage.problem.model.has_clock());
     for (number, StagePath { problem, path, .. }) in stages.iter().enumerate() {
         // A stage begins in the state in which the one before has ended.
         let first = usize::from(number > 0);

@@ -249,8 +249,8 @@ fn matters<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>, st
         match case.option(LAW) {
             // Softer only where it is let go.
             "Mullins" => {
-                let variables: usize = state.condensed.iter().map(Vec::len).sum();
-                let plain: usize = path.last().condensed.iter().map(Vec::len).sum();
+                let variables: usize = state.terms.iter().map(|own| own.history.len()).sum();
+                let plain: usize = path.last().terms.iter().map(|own| own.history.len()).sum();
                 require(variables > plain, || "no internal variables".into())?;
             }
             _ => require(relative_ne!(own, other, epsilon = 0.0, max_relative = 1e-3), || {

@@ -57,9 +57,9 @@ impl Recovery<'_> {
         let mut body_force: Option<Vec<Vec3>> = None;
         let mut obscure = vec![0.0; self.obscure.len()];
         // The bodies come first.
-        for (number, (term, condensed)) in model.terms().iter().zip(&state.condensed).enumerate().skip(self.bodies) {
+        for (number, term) in model.terms().iter().enumerate().take(state.terms.len()).skip(self.bodies) {
             let sums = model.sums(number);
-            let view = View { displacement: &state.displacement, condensed, load: state.load };
+            let view = model.at_own(state).view(number);
             let nodes = acting(&**term, view);
             let mut acts = [f64::from(u8::from(nodes.iter().any(|&node| self.own(node as usize).is_some())))];
             self.total(&mut acts);

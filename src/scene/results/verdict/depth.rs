@@ -21,13 +21,13 @@ const DEEPEST: f64 = 0.5;
 /// trace functions do not resolve: the tip of a tool between particles is in the mean of no gap.
 pub(super) fn unresolved<const D: usize>(problem: &Problem<D>, state: &State) -> Vec<Doubt> {
     let mut doubts = Vec::new();
-    if !problem.contacts.iter().any(|contact| judged(contact, state).is_some()) {
+    if !problem.contacts.iter().any(|contact| judged(problem, contact, state).is_some()) {
         return doubts;
     }
     let Ok(energy) = problem.energy(state) else { return doubts };
     let energy = if problem.model.is_timed() { elastic(problem, state) } else { energy };
     for contact in &problem.contacts {
-        let Some((law, view)) = judged(contact, state) else { continue };
+        let Some((law, view)) = judged(problem, contact, state) else { continue };
         let Depths { deepest, lacking, at } = depths(law, &view);
         let mut doubt = |cause: DoubtCause, at: &Point<3>| {
             doubts.push(Doubt { cause, load: state.load, at: law.contact_surface.coordinates(at) });
@@ -57,10 +57,14 @@ fn elastic<const D: usize>(problem: &Problem<D>, state: &State) -> f64 {
 }
 
 /// A contact with a rigid surface and its part of a state; none while the overlap of an interference is not resolved yet.
-fn judged<'a>(contact: &'a Contact, state: &'a State) -> Option<(&'a RigidContact, View<'a>)> {
+fn judged<'a, const D: usize>(
+    problem: &Problem<D>,
+    contact: &'a Contact,
+    state: &'a State,
+) -> Option<(&'a RigidContact, View<'a>)> {
     let law = contact.law.rigid()?;
     let begins_inside = law.law.interference.is_some_and(|fit| !fit.resolved && state.load < fit.until);
-    Some((law, state.view(contact.term).filter(|_| !begins_inside)?))
+    Some((law, problem.model.view(state, contact.term).filter(|_| !begins_inside)?))
 }
 
 /// A particle of a contact whose displacement is prescribed in all components, and which ends deep in the rigid surface: no displacement of

@@ -4,6 +4,7 @@ use crate::error::{Doubt, DoubtCause};
 use crate::geometry::{Mat3, Point};
 use crate::material::{Past, VolumetricEnergy};
 use crate::solve::State;
+use crate::term::View;
 
 use crate::scene::results::view::{BodyView, ProblemView};
 
@@ -38,7 +39,7 @@ pub(super) fn folded(problem: &ProblemView<'_>, state: &State) -> Option<Doubt> 
         problem.model.total(&mut total);
         total[0]
     };
-    let folded = sum(&mut |number, body| apart(body, number, state, &mut worst));
+    let folded = sum(&mut |number, body| apart(body, problem.model.view(state, number), state, &mut worst));
     if folded == 0.0 {
         return None;
     }
@@ -62,10 +63,10 @@ pub(super) fn folded(problem: &ProblemView<'_>, state: &State) -> Option<Doubt> 
 }
 
 /// $\int\frac{\mu_0}{2}\ln^2(J/\hat J)$ over the points of a body that are apart.
-fn apart(body: &dyn BodyView, number: usize, state: &State, worst: &mut Worst) -> f64 {
+fn apart(body: &dyn BodyView, view: Option<View<'_>>, state: &State, worst: &mut Worst) -> f64 {
     let material = body.material();
     let Some(volumetric) = material.volumetric() else { return 0.0 };
-    let Some(pressures) = state.view(number).and_then(|view| body.bulk_pressures(view)) else { return 0.0 };
+    let Some(pressures) = view.and_then(|view| body.bulk_pressures(view)) else { return 0.0 };
     let moduli = material.initial_moduli();
     let (weights, ends) = (body.weights(), [(-APART).exp(), APART.exp()]);
     let mut folded = 0.0;
