@@ -1,6 +1,6 @@
 //! Constrained Delaunay triangulations of particles in planar regions.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
@@ -21,6 +21,14 @@ pub(crate) struct Piece {
     pub particles: Vec<u32>,
     /// Whether its chords have different normals.
     pub curved: bool,
+}
+
+impl Piece {
+    /// The particles that belong to the pieces beside it: both ends, unless it is closed.
+    pub(super) fn lent(&self) -> HashSet<u32> {
+        let [first, last] = [self.particles.first(), self.particles.last()];
+        [first, last].into_iter().flatten().filter(|_| first != last).copied().collect()
+    }
 }
 
 /// Particles in a region and the triangles between them.

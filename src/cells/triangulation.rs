@@ -5,7 +5,7 @@ use crate::error::GeometryError;
 use crate::geometry::{Bounds, Part, Region, Vec2};
 use crate::quadrature::{Points, check_parts, check_point_count, gauss_legendre};
 
-use super::edges::{facets, plain_facets};
+use super::edges::facets;
 use super::locator::Locator;
 use super::mesh::{Mesh, collapse, cross};
 use super::nodal_polygons::dual_polygons;
@@ -230,12 +230,14 @@ impl Cells<2> for Triangulation {
     }
 
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<2>>, GeometryError> {
-        let pieces = self.pieces(part)?;
-        pieces.into_iter().map(|piece| facets(&self.mesh, &self.mesh.pieces[piece], parts, gauss)).collect()
+        self.pieces(part)?.try_mapped(|&piece| {
+            let piece = &self.mesh.pieces[piece];
+            Ok(facets(&self.mesh, piece, parts, gauss)?.bent(Some(&piece.lent())))
+        })
     }
 
     fn contact_boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
-        let of = |piece: &usize| plain_facets(&self.mesh, &self.mesh.pieces[*piece], parts, gauss);
+        let of = |&piece: &usize| facets(&self.mesh, &self.mesh.pieces[piece], parts, gauss);
         Ok(BoundaryCells::joined(self.pieces(part)?.try_mapped(of)?))
     }
 

@@ -148,7 +148,10 @@ impl<const D: usize> Unstructured<D> {
         }
         check_point_count(self.faces.facet_count(), pieces.saturating_mul(gauss).saturating_pow(D as u32 - 1))?;
         let rule = in_pieces(&gauss_legendre(gauss)?, pieces);
-        Ok(self.faces.pieces_of(part)?.mapped(|piece| self.facets(piece, &rule, bends)))
+        Ok(self.faces.pieces_of(part)?.mapped(|piece| {
+            let plain = self.facets(piece, &rule);
+            if bends { plain.bent(Some(&piece.lent)) } else { plain }
+        }))
     }
 }
 

@@ -14,7 +14,7 @@ use rkpm::prelude::*;
 use rkpm::scene::ConstraintMethod;
 use rkpm::solve::EquilibriumPath;
 use rkpm::tensor::{Tangent, add_determinant_hessian, cofactor, components};
-use rkpm::term::{Element, ElasticFoundation, Layout, PointDerivatives, PointState, Sparsity, Term, View};
+use rkpm::term::{ElasticFoundation, Element, Layout, PointDerivatives, PointState, Sparsity, Term, View};
 
 // begin: kernel
 /// (1 − z²)³.
@@ -347,7 +347,8 @@ impl Term for Dashpot {
 /// A bore that is widened at an even speed: the force is c ḋ more, whatever the steps.
 #[test]
 fn a_users_dashpot_takes_the_time_of_the_scene() {
-    let scene = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, yeoh()).prescribe(Side::Min, 0, 0.1).over_time(4.0);
+    let scene =
+        Scene::new(Block::new([6.0], [8.0]), RadialCylinder, yeoh()).prescribe(Side::Min, 0, 0.1).over_time(4.0);
     let force = |damping: f64| {
         let mut problem = scene.discretize(&Scheme::elements(1).particles([9])).unwrap();
         problem.add(Dashpot(damping));

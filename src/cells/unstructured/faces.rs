@@ -34,7 +34,7 @@ pub(super) struct Piece {
     /// Whether its faces have different normals.
     pub curved: bool,
     /// Particles on its rim that another curved piece has: those carry its trace functions.
-    pub lent: Vec<u32>,
+    pub lent: HashSet<u32>,
 }
 
 impl Faces {
@@ -178,7 +178,7 @@ impl Faces {
         let found = smooth(D, &facets, &|a, b| named[faces[a]] == named[faces[b]]);
         let mut pieces = found.into_mapped(|(own, curved)| {
             let names = named[faces[own[0] as usize]].mapped(|&number| names[number as usize].to_string());
-            Piece { names, faces: own.mapped(|&facet| faces[facet as usize] as u32), curved, lent: Vec::new() }
+            Piece { names, faces: own.mapped(|&facet| faces[facet as usize] as u32), curved, lent: HashSet::new() }
         });
         self.lend(&mut pieces);
         pieces
