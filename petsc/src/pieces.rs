@@ -37,7 +37,7 @@ pub(crate) fn composed(pieces: &[Piece], own: &LocalOwnership) -> Result<Equilib
         let differs = |(a, b): &(&&State, &&State)| {
             !same_bits(&a.displacement, &b.displacement)
                 || !same_bits(&a.multipliers, &b.multipliers)
-                || a.load.to_bits() != b.load.to_bits()
+                || !same_bits(&[a.load, a.time], &[b.load, b.time])
         };
         let other = whole.iter().zip(&others).find(differs).map(|(a, _)| a.load);
         if let Some(load) = other.or_else(|| (others.len() != whole.len()).then_some(first.path.start.load)) {
