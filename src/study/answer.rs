@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use crate::each::Each;
+use crate::error::{Doubt, DoubtCause};
 #[cfg(feature = "chart")]
 use crate::order;
 use crate::output::{Cell, Table};
@@ -83,8 +84,17 @@ pub struct Level {
     /// What extrapolation adds to the values requested, in their units; zero for the first two models and in local refinement.
     pub corrections: Vec<f64>,
     /// Estimated relative error of the worst corrected value; none for the first model, and for the
-    /// second one where values are extrapolated: their order is not known.
+    /// second one where values are extrapolated: their order is not known; none for one that does not come to rest.
     pub estimate: Option<f64>,
+    /// What makes its last state doubtful; a model with doubts reaches no tolerance, and is not recommended.
+    pub doubts: Vec<Doubt>,
+}
+
+impl Level {
+    /// What is seen to be wrong with its last state; that a solver does not tell whether it is stable is no sight.
+    fn seen(&self) -> Option<&Doubt> {
+        self.doubts.iter().find(|doubt| doubt.cause != DoubtCause::StabilityUnknown)
+    }
 }
 
 /// Whether the tolerance was met.
@@ -151,12 +161,30 @@ impl<const D: usize> Answer<D> {
         self.levels.iter().chain(&self.tried)
     }
 
-    /// The model of the fewest unknowns, of all that were solved, whose [`estimate`](Level::estimate) is below a tolerance; none where no
-    /// one's is. A search for a tight tolerance so tells what looser ones take. The estimate is that of its values with their
-    /// [`corrections`](Level::corrections): the model run by itself is off by these, too.
+    /// Why a model that was solved is no answer, and which one tells it: its own last state is in doubt, or that of a finer model, the finest of
+    /// its kind, which may see what the others overlook: parts that pass through one another, surfaces that are unstable.
+    fn refuted<'a>(&'a self, level: &'a Level) -> Option<(&'a Level, &'a Doubt)> {
+        let own = level.doubts.first().map(|doubt| (level, doubt));
+        let is_finest = |finer: &&Level| {
+            !self.all().any(|other| other.functions == finer.functions && other.unknowns > finer.unknowns)
+        };
+        let mut finer = self.all().filter(|finer| finer.unknowns > level.unknowns).filter(is_finest);
+        own.or_else(|| finer.find_map(|finer| Some((finer, finer.seen()?))))
+    }
+
+    /// Why the model of the answer is none.
+    pub(super) fn doubted(&self) -> Option<String> {
+        let (level, doubt) = self.refuted(self.levels.last()?)?;
+        Some(format!("{} of {} unknowns: {doubt}", level.functions, level.unknowns))
+    }
+
+    /// The model of the fewest unknowns, of all that were solved, whose [`estimate`](Level::estimate) is below a tolerance and whose state is
+    /// not in doubt, by itself or by the finest model of a kind; none where there is no such model. A search for a tight tolerance so tells
+    /// what looser ones take. The estimate is that of its values with their [`corrections`](Level::corrections): the model run by itself is
+    /// off by these, too.
     pub fn recommended(&self, tolerance: f64) -> Option<&Level> {
         let sufficient = self.all().filter(|level| level.estimate.is_some_and(|estimate| estimate < tolerance));
-        sufficient.min_by_key(|level| level.unknowns)
+        sufficient.filter(|level| self.refuted(level).is_none()).min_by_key(|level| level.unknowns)
     }
 
     /// What each model is made of, particles, unknowns, iterations, seconds, bytes and estimates, a row per model, those of other kinds last: error

@@ -107,6 +107,7 @@ pub(super) fn solve<const D: usize>(
     }
     let (duals, matrix) = duals(&requested, &problem, &path)?;
     limits.matrix();
+    let doubts = problem.doubts_at_end(&path)?;
     let tables: usize = problem.discrete_bodies().iter().map(|body| body.body().table().bytes()).sum();
     let level = Level {
         functions: name_of(&scheme),
@@ -118,6 +119,7 @@ pub(super) fn solve<const D: usize>(
         values,
         corrections: vec![0.0; tolerance.quantities.len()],
         estimate: None,
+        doubts,
     };
     let values = level.values[..tolerance.quantities.len()].to_vec();
     Ok(Answer {
@@ -150,19 +152,10 @@ pub(super) fn settle<const D: usize>(
     if std::mem::take(&mut answer.rough) {
         correct(answer, tolerance, limits)?;
     }
-    if let Some(why) = answer.reached().then(|| doubted(answer)).flatten() {
+    if let Some(why) = answer.reached().then(|| answer.doubted()).flatten() {
         answer.verdict = Verdict::NotReached(why);
     }
     Ok(())
-}
-
-/// Why the last state of an answer's model may be none.
-pub(super) fn doubted<const D: usize>(answer: &Answer<D>) -> Option<String> {
-    let because = |why: String| format!("{} of {} unknowns: {why}", answer.choice, answer.problem.model().unknowns());
-    match answer.problem.doubts_at_end(&answer.path) {
-        Ok(doubts) => doubts.first().map(|doubt| because(doubt.to_string())),
-        Err(error) => Some(because(error.to_string())),
-    }
 }
 
 /// Iterates the model of an answer to rest; one that does not come to rest reaches no tolerance.
@@ -184,6 +177,9 @@ fn correct<const D: usize>(
         // Broken off: what was compared is the answer.
         Err(NoAnswer { error: SolveError::BrokenOff { .. }, .. }) => return Ok(()),
         Err(NoAnswer { error, .. }) => {
+            if let Some(level) = answer.levels.last_mut() {
+                level.estimate = None;
+            }
             if answer.reached() {
                 let (kind, unknowns) = (&answer.choice, problem.model().unknowns());
                 answer.verdict =
@@ -197,6 +193,7 @@ fn correct<const D: usize>(
             level.values[k] = quantity.evaluate(problem, path.last())?;
             answer.values[k] = level.values[k] + level.corrections[k];
         }
+        level.doubts = problem.doubts_at_end(&path)?;
         level.iterations += path.iterations;
         level.seconds += start.elapsed().as_secs_f64();
     }
@@ -271,6 +268,7 @@ mod tests {
             let model = Model { scene: scene.clone(), scheme: scheme.clone(), counts: vec![5, 4], spacing: 1.0 };
             let mut answer = solve(model, &tolerance, None, limits).unwrap();
             (answer.verdict, answer.rough) = (Verdict::Reached, true);
+            answer.levels[0].estimate = Some(0.01);
             if stalls {
                 // From afar, one iteration.
                 answer.problem.analysis_mut().newton.iterations = 1;
@@ -279,6 +277,7 @@ mod tests {
             }
             settle(&mut answer, &tolerance, limits).unwrap();
             assert_eq!(answer.reached(), !stalls, "{:?}", answer.verdict);
+            assert_eq!(answer.recommended(0.1).is_some(), !stalls);
             let told = |why: &str| why.contains("do not come to rest");
             assert!(
                 !stalls || matches!(&answer.verdict, Verdict::NotReached(why) if told(why)),

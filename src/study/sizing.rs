@@ -12,7 +12,7 @@ use super::answer::{Answer, Budget, Tolerance, Verdict};
 use super::assembled::{Assembled, is_assembled};
 use super::evidence::{DifferenceBound, difference_bound};
 use super::extrapolation::extrapolate;
-use super::nested::{BROKEN_OFF, check, doubted, failed, name_of, settle, solve, unsettled};
+use super::nested::{BROKEN_OFF, check, failed, name_of, settle, solve, unsettled};
 use super::progress::{Limits, Progress};
 use super::resolved::{may_close, overlooked};
 use super::strategy::{Even, Found, Model, Next, ORDERS, Strategy};
@@ -171,16 +171,12 @@ impl<const D: usize> Scene<D> {
             let why = if left.is_empty() { "reached the tolerance first".into() } else { left.join("; ") };
             answer.choice = format!("{} ({why})", answer.choice);
         }
-        // A finer model may see what the others overlook: parts that pass through one another, surfaces that are unstable.
-        let unknowns = answer.problem.model().unknowns();
-        let finer =
-            searches.iter().map(|search| &search.answer).filter(|other| other.problem.model().unknowns() > unknowns);
-        let refuted = finer.filter(|_| answer.reached()).filter_map(doubted).next();
-        if let Some(why) = refuted {
-            answer.verdict = Verdict::NotReached(why);
-        }
         for other in searches {
             answer.tried.extend(other.answer.levels.into_iter().chain(other.answer.tried));
+        }
+        // Now that all finer models are known.
+        if let Some(why) = answer.reached().then(|| answer.doubted()).flatten() {
+            answer.verdict = Verdict::NotReached(why);
         }
         if !answer.reached() {
             settle(&mut answer, tolerance, limits)?;

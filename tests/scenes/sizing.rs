@@ -585,6 +585,10 @@ fn no_tolerance_is_reached_by_a_doubtful_state() {
             "{:?}",
             answer.verdict
         );
+        // Estimates stay, and are no recommendation.
+        assert!(answer.levels.last().unwrap().estimate.is_some_and(|estimate| estimate < 0.01));
+        assert_eq!(answer.recommended(0.01).is_some(), reached, "{shortened}");
+        assert!(answer.levels.iter().all(|level| level.doubts.is_empty() == reached), "{:?}", answer.levels);
     }
 }
 
