@@ -400,14 +400,14 @@ impl<'a, const D: usize> Search<'a, D> {
         next.levels.splice(0..0, std::mem::take(&mut self.answer.levels));
         self.spacings.push(spacing);
         let (previous, was_measured) = (std::mem::replace(&mut self.answer, next), self.measured);
-        let uniform = self.strategy.is_uniform();
+        let (uniform, unseen) = (self.strategy.is_uniform(), difference.unseen);
         if uniform {
             self.extrapolate(&difference, tolerance);
         } else {
             self.compare((before, coarser), difference);
         }
-        if overlooked(&self.answer.problem).is_some() || self.open.is_some() {
-            // Models that do not see a bore or a contact agree, and say nothing of the body.
+        if overlooked(&self.answer.problem).is_some() || self.open.is_some() || unseen && !self.measured {
+            // Models that do not see a bore or a contact agree, and say nothing of the body. So may two that agree in what is requested alone.
             (self.measured, self.answer.bound) = (false, f64::INFINITY);
         }
         // What conditions miss of their parts is an error that all models may share.

@@ -637,4 +637,7 @@ fn contacts_that_coarse_models_do_not_see_are_looked_for() {
     let fixed = Tolerance::of(Quantity::new("one", |_: &Problem<2>, _: &State| Ok(1.0)), 0.01);
     let answer = cook(1.0).solve_within(&fixed, Budget::default()).unwrap();
     assert!(answer.reached() && answer.values() == [1.0] && answer.levels.len() == 3, "{:?}", answer.levels);
+    // Two models alone say nothing of it.
+    let answer = cook(1.0).solve_within(&fixed, Budget { levels: 2, ..Budget::default() }).unwrap();
+    assert!(!answer.reached() && answer.bound == f64::INFINITY, "{} {:?}", answer.bound, answer.levels);
 }
