@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use crate::each::{Each, EachOf, add};
 use crate::error::BoundaryError;
-use crate::geometry::Vec3;
 use crate::linear::vector::dot;
 use crate::term::Amplitude;
 
@@ -14,11 +13,11 @@ const REPEATED: f64 = 0.05;
 /// The same for directions that are combinations of the prescribed ones up to rounding, whose values have to agree.
 const EXACT: f64 = 1e-9;
 
-/// A direction of a particle that a condition has prescribed.
+/// A direction of a particle that a condition has prescribed, or one of a rigid body: along the first components at its middle.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct PrescribedDirection {
+pub(crate) struct PrescribedDirection<const N: usize = 3> {
     /// The unit vector, padded by zeros.
-    pub(super) direction: [f64; 3],
+    pub(super) direction: [f64; N],
     pub(super) label: String,
     target: f64,
     amplitude: Amplitude,
@@ -26,12 +25,13 @@ pub(crate) struct PrescribedDirection {
     pub(crate) equation: usize,
 }
 
-impl PrescribedDirection {
-    pub(crate) fn new(direction: Vec3, label: &str, target: f64, amplitude: Amplitude) -> Self {
-        let direction = direction.into();
+impl<const N: usize> PrescribedDirection<N> {
+    pub(crate) fn new(direction: [f64; N], label: &str, target: f64, amplitude: Amplitude) -> Self {
         PrescribedDirection { direction, label: label.to_string(), target, amplitude, equation: 0 }
     }
+}
 
+impl PrescribedDirection {
     /// $|n\cdot e|$ with a normal.
     pub(super) fn facing(&self, normal: &[f64]) -> f64 {
         dot(&self.direction, normal).abs()
@@ -39,9 +39,9 @@ impl PrescribedDirection {
 }
 
 /// The direction as a combination of the prescribed ones, and what is left of it.
-fn resolve(prescriptions: &[PrescribedDirection], direction: &[f64; 3]) -> (Vec<f64>, f64) {
-    // Gram–Schmidt over at most three vectors, with each basis vector as a combination of the prescribed ones.
-    let mut basis: Vec<([f64; 3], Vec<f64>)> = Vec::new();
+fn resolve<const N: usize>(prescriptions: &[PrescribedDirection<N>], direction: &[f64; N]) -> (Vec<f64>, f64) {
+    // Gram–Schmidt over at most N vectors, with each basis vector as a combination of the prescribed ones.
+    let mut basis: Vec<([f64; N], Vec<f64>)> = Vec::new();
     for (place, prescription) in prescriptions.iter().enumerate() {
         let (mut rest, mut made) = (prescription.direction, vec![0.0; prescriptions.len()]);
         made[place] = 1.0;
@@ -79,16 +79,26 @@ pub(crate) fn is_redundant(
     at: &[f64],
     rounding: f64,
 ) -> Result<bool, BoundaryError> {
+    Ok(follows(prescriptions, requested, at, rounding)? || resolve(prescriptions, &requested.direction).1 <= REPEATED)
+}
+
+/// Whether what a condition prescribes follows from what is prescribed already, up to rounding.
+///
+/// # Errors
+/// Where it prescribes another value.
+pub(crate) fn follows<const N: usize>(
+    prescriptions: &[PrescribedDirection<N>],
+    requested: &PrescribedDirection<N>,
+    at: &[f64],
+    rounding: f64,
+) -> Result<bool, BoundaryError> {
     let (parts, rest) = resolve(prescriptions, &requested.direction);
-    if rest > REPEATED {
-        return Ok(false);
-    }
     if rest > EXACT {
-        return Ok(true);
+        return Ok(false);
     }
     let size = |i: usize| requested.direction[i].abs();
     let component = (0..at.len()).max_by(|&i, &j| size(i).total_cmp(&size(j))).unwrap_or(0);
-    let involved: Vec<(&PrescribedDirection, f64)> =
+    let involved: Vec<(&PrescribedDirection<N>, f64)> =
         prescriptions.iter().zip(parts).filter(|(_, part)| part.abs() > EXACT).collect();
     let second = (requested.label.as_str(), requested.target, &requested.amplitude);
     match involved.as_slice() {
@@ -152,7 +162,7 @@ mod tests {
     use super::*;
 
     fn prescription([x, y]: [f64; 2], target: f64) -> PrescribedDirection {
-        PrescribedDirection::new(Vec3::new(x, y, 0.0), "a plane", target, Amplitude::Ramp)
+        PrescribedDirection::new([x, y, 0.0], "a plane", target, Amplitude::Ramp)
     }
 
     #[test]

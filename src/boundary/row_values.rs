@@ -36,7 +36,7 @@ impl<'a> Prescription<'a> {
     /// What it prescribes at a point.
     pub(crate) fn at(&self, x: &Vec3, normal: &Vec3) -> Result<PrescribedDirection, BoundaryError> {
         let (target, amplitude) = (self.value)(vec![(*x, 1.0)]);
-        Ok(PrescribedDirection::new((self.along)(x, normal)?, &self.label, target, amplitude))
+        Ok(PrescribedDirection::new((self.along)(x, normal)?.into(), &self.label, target, amplitude))
     }
 }
 

@@ -300,3 +300,80 @@ fn a_rigid_body_of_a_few_particles() {
         assert_abs_diff_eq!(centre, Point::<2>::new(1.0, 0.5), epsilon = 1e-12);
     }
 }
+
+/// A rigid core that a plane of symmetry cuts stays on the plane, and moves with a face that moves, whatever the scheme and whichever part
+/// of the plane it takes.
+#[test]
+fn a_rigid_core_keeps_to_the_planes_that_cut_it() {
+    let bound = Scheme::default().constraint_kind(ConstraintKind::AtParticles);
+    // A T of which a half is modelled, with rubber in all cells: it takes a part of the plane, or all of it.
+    for high in [0.3, 0.6] {
+        let is_core =
+            move |x: &Point<2>| (x[0] < 0.07 && (x[1] - 0.5).abs() < high) || (x[0] < 0.6 && (x[1] - 0.5).abs() < 0.07);
+        let scene = move |across: f64| {
+            Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+                .with(Condition::on((0, Side::Min)).component(0, across).named("plane"))
+                .prescribe((1, Side::Min), 1, 0.0)
+                .rigid("core", Place::body().within(is_core))
+        };
+        for scheme in [Scheme::default(), bound.clone(), Scheme::elements(1), Scheme::elements(2)] {
+            let scheme = scheme.particles([17, 9]);
+            let solve = |scene: Scene<2>| {
+                let problem = scene.discretize(&scheme).unwrap();
+                let path = problem.run().unwrap().completed().unwrap();
+                let motion = problem.rigid_motion(path.last(), "core").unwrap();
+                let plane = problem.reaction(path.last(), "plane").unwrap();
+                let floor = problem.reaction(path.last(), (1, Side::Min)).unwrap();
+                (motion, plane, floor)
+            };
+            let (motion, plane, floor) = solve(scene(0.0).traction((0, Side::Max), [0.2, 0.0]));
+            assert_abs_diff_eq!(motion.displacement[0], 0.0, epsilon = 1e-9);
+            assert_abs_diff_eq!(motion.rotation[(1, 0)], 0.0, epsilon = 1e-9);
+            assert_abs_diff_eq!(plane, Point::<2>::new(-0.2, 0.0), epsilon = 1e-8);
+            assert_abs_diff_eq!(floor, Point::<2>::zeros(), epsilon = 1e-8);
+            let led = scene(0.02).traction((0, Side::Max), [0.2, 0.0]);
+            assert_abs_diff_eq!(solve(led).0.displacement[0], 0.02, epsilon = 1e-9);
+            let error = scene(0.0).with(Condition::on("core").component(0, 0.1)).discretize(&scheme).err().unwrap();
+            assert!(matches!(error, Error::Boundary(rkpm::error::BoundaryError::Conflict { .. })), "{error}");
+        }
+    }
+}
+
+/// What holds a component of a whole body holds the rigid bodies that are tied to it: a slice keeps its plane with a plate on it.
+#[test]
+fn a_component_of_a_whole_body_is_one_of_its_rigid_bodies() {
+    let bound = Scheme::default().constraint_kind(ConstraintKind::AtParticles);
+    for scheme in [Scheme::default(), bound, Scheme::elements(1), Scheme::elements(2)] {
+        let planar =
+            block().rigid("plate", (1, Side::Max)).with(Load::force(Place::at([1.4, 1.0]).of("plate"), [0.05, -0.1]));
+        let planar = planar.discretize(&scheme.clone().particles([9, 5])).unwrap();
+        let path = planar.run().unwrap().completed().unwrap();
+        let expected = planar.rigid_motion(path.last(), "plate").unwrap();
+        let scene = |plate: f64| {
+            Scene::new(Block::new([0.0; 3], [2.0, 1.0, 0.5]), Solid, rubber())
+                .hold((1, Side::Min))
+                .with(Condition::on(Place::body()).component(2, 0.0).named("slice"))
+                .rigid("plate", (1, Side::Max))
+                .with(Load::force(Place::at([1.4, 1.0, 0.25]).of("plate"), [0.025, -0.05, 0.01]))
+                .with(Load::moment("plate", [0.02, 0.0, 0.0]))
+                .with(Condition::on(Place::at([1.0, 1.0, 0.25]).of("plate")).component(2, plate))
+        };
+        let scheme = scheme.particles([9, 5, 3]);
+        let problem = scene(0.0).discretize(&scheme).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        let motion = problem.rigid_motion(path.last(), "plate").unwrap();
+        // Functions of bricks are others than those of squares.
+        assert_abs_diff_eq!(
+            motion.displacement.xy(),
+            expected.displacement,
+            epsilon = 0.01 * expected.displacement.norm()
+        );
+        assert_abs_diff_eq!(motion.displacement[2], 0.0, epsilon = 1e-9);
+        assert_abs_diff_eq!(motion.rotation.fixed_view::<2, 1>(0, 2).into_owned().norm(), 0.0, epsilon = 1e-9);
+        let floor = problem.reaction(path.last(), (1, Side::Min)).unwrap();
+        let slice = problem.reaction(path.last(), "slice").unwrap();
+        assert_abs_diff_eq!(floor + slice, Vector3::new(-0.025, 0.05, -0.01), epsilon = 1e-8);
+        let error = scene(0.1).discretize(&scheme).err().unwrap();
+        assert!(matches!(error, Error::Boundary(rkpm::error::BoundaryError::Conflict { .. })), "{error}");
+    }
+}

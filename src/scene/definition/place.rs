@@ -73,6 +73,16 @@ impl<const D: usize> Place<D> {
         self.within.iter().all(|within| within(at))
     }
 
+    /// Whether it is on the boundary.
+    pub(crate) fn is_on_part(&self) -> bool {
+        matches!(self.spot, Spot::Part(_))
+    }
+
+    /// Whether it is a whole body.
+    pub(crate) fn is_all_of_body(&self) -> bool {
+        self.spot == Spot::Body && self.within.is_empty()
+    }
+
     /// Whether a result at this place includes what acts at another place.
     pub(crate) fn takes_in(&self, other: &Place<D>) -> bool {
         let whole = matches!((&self.spot, &other.spot), (Spot::Part(Part::Whole), Spot::Part(_)));

@@ -76,7 +76,7 @@ fn check_load<const D: usize>(load: &Load<D>) -> Result<(), Error> {
     load.amplitude.validate(|| label.clone())?;
     followed(load)?;
     ensure!(
-        !matches!(load.kind, LoadKind::Pressure(_)) || is_on_part(load),
+        !matches!(load.kind, LoadKind::Pressure(_)) || load.place.is_on_part(),
         GeometryError::Unsuited {
             what: "a pressure on a point or on the whole body",
             needed: "a part of the boundary, whose normal it has: put it there"
@@ -87,10 +87,6 @@ fn check_load<const D: usize>(load: &Load<D>) -> Result<(), Error> {
         Some(value) => Err(BoundaryError::Value { what: label, value, load: 1.0 }.into()),
         None => Ok(()),
     }
-}
-
-fn is_on_part<const D: usize>(load: &Load<D>) -> bool {
-    matches!(load.place.spot, Spot::Part(_))
 }
 
 /// Refuses what a load of its kind would leave out: an amplitude of springs, a moment out of the plane.
@@ -216,7 +212,7 @@ fn sizes<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
         );
     }
     let distributed = |load: &&Load<D>| matches!(load.kind, LoadKind::Dead(_) | LoadKind::Pressure(_));
-    for load in scene.loads.iter().filter(distributed).filter(|load| is_on_part(load)) {
+    for load in scene.loads.iter().filter(distributed).filter(|load| load.place.is_on_part()) {
         let size = match constant(load) {
             [one] => one.abs(),
             all => all.summed(|t| t * t).sqrt(),

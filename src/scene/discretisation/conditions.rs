@@ -30,6 +30,17 @@ pub(crate) struct Placed<const D: usize> {
     pub nodes: Range<usize>,
 }
 
+/// What a condition prescribes at a particle that is tied to a rigid body: it is prescribed of the rigid body there.
+pub(crate) struct Led {
+    /// The numbers of the condition and of the rigid body.
+    pub condition: usize,
+    pub rigid: usize,
+    pub at: Vec3,
+    pub unit: Vec3,
+    pub value: (f64, Amplitude),
+    pub label: String,
+}
+
 /// One direction of a condition at a place whose name was looked up.
 pub(crate) struct Single<'a, const D: usize> {
     place: &'a Place<D>,
@@ -88,6 +99,7 @@ pub(crate) struct Prescribed<const D: usize> {
     pub equations: Constraints,
     pub placed: Vec<Placed<D>>,
     pub ties: Vec<(usize, Range<usize>)>,
+    pub led: Vec<Led>,
 }
 
 /// The equations of conditions, and of a displacement that vanishes on parts tied to rigid bodies.
@@ -119,15 +131,23 @@ pub(crate) fn equations<const D: usize>(
         }
         requests.push(own);
     }
-    let owners = claims.settle((D, &nodes));
-    let mut equations = Constraints::default();
+    let mut owners = claims.settle((D, &nodes));
+    let (led, particles) = of.led(mine, tied, &requests)?;
+    for (requests, particles) in requests.iter().zip(&particles) {
+        for piece in requests.iter().filter_map(|request| Some(request.over.as_ref()?.1.clone())).flatten() {
+            owners.yielded[piece].extend(particles.iter().map(|&particle| particle as u32));
+        }
+    }
+    let (mut equations, none) = (Constraints::default(), HashSet::new());
     equations.overrule(owners.overruled);
     let (mut placed, mut ties, mut last) = (Vec::with_capacity(mine.len()), Vec::with_capacity(tied.len()), Vec::new());
     for (number, ((condition, place), own)) in all.iter().zip(&requests).enumerate() {
         let first = equations.len();
         for request in own {
             let before = equations.mark();
-            if let Err(error) = of.add(&mut equations, mine, request, &nodes, &owners.yielded, &mut last) {
+            // A tie holds wherever it is.
+            let (mine, led) = particles.get(number).map_or((&[][..], &none), |led| (mine, led));
+            if let Err(error) = of.add(&mut equations, (mine, led), request, &nodes, &owners.yielded, &mut last) {
                 skip(number, error)?;
                 // Without the rows that were added before it was refused.
                 equations.take_back(before);
@@ -141,7 +161,7 @@ pub(crate) fn equations<const D: usize>(
             ties.push((tied[number - mine.len()].0, own));
         }
     }
-    Ok(Prescribed { equations, placed, ties })
+    Ok(Prescribed { equations, placed, ties, led })
 }
 
 /// The outward normals of a part at some of its particles, where a direction asks for them.
@@ -245,7 +265,7 @@ impl<const D: usize> Conditioned<'_, D> {
     fn add(
         &self,
         equations: &mut Constraints,
-        mine: Numbered<'_, D>,
+        (mine, led): (Numbered<'_, D>, &HashSet<usize>),
         request: &Request<'_, D>,
         nodes: &[Vec3],
         yielded: &[HashSet<u32>],
@@ -253,7 +273,9 @@ impl<const D: usize> Conditioned<'_, D> {
     ) -> Result<(), Error> {
         let single = &request.single;
         equations.add_break_points(single.break_points());
-        let Some((pieces, numbers)) = &request.over else { return self.collocate(equations, mine, single) };
+        let Some((pieces, numbers)) = &request.over else {
+            return self.collocate(equations, (mine, led), single);
+        };
         let yielded = &yielded[numbers.clone()];
         let rebuilt;
         let pieces = match (&single.place.spot, self.facets) {
@@ -281,22 +303,16 @@ impl<const D: usize> Conditioned<'_, D> {
     fn collocate(
         &self,
         equations: &mut Constraints,
-        mine: Numbered<'_, D>,
+        (mine, led): (Numbered<'_, D>, &HashSet<usize>),
         single: &Single<'_, D>,
     ) -> Result<(), Error> {
         let (cells, place) = (self.cells, single.place);
-        let mut nodes = match &place.spot {
-            Spot::Part(part) => cells.particles_on(part)?,
-            Spot::Point(at) => vec![particle_at(cells, at, &single.what.label)?],
-            Spot::Body => (0..cells.positions().len()).collect(),
-        };
-        if !matches!(place.spot, Spot::Point(_)) {
-            nodes.retain(|&node| place.holds(&cells.positions()[node]));
-        }
+        let mut nodes = particles_of(cells, place, &single.what.label)?;
         if let (Spot::Part(part), true) = (&place.spot, nodes.is_empty()) {
             return Err(empty(cells, part, single)?);
         }
         stays_off_axis(self.scene, single, cells, &nodes)?;
+        nodes.retain(|node| !led.contains(node));
         if self.facets.is_some() {
             nodes = self.not_on_parts(mine, single, nodes)?;
         }
@@ -305,6 +321,42 @@ impl<const D: usize> Conditioned<'_, D> {
             _ => Vec::new(),
         };
         equations.collocate(self.approximation, &nodes, &normals, &single.what)
+    }
+
+    /// What conditions prescribe at particles that are tied to rigid bodies, and which particles these are for each condition. Faces
+    /// leave it to [`Claims`] whose equation a particle on both has.
+    fn led(
+        &self,
+        mine: Numbered<'_, D>,
+        tied: Numbered<'_, D>,
+        requests: &[Vec<Request<'_, D>>],
+    ) -> Result<(Vec<Led>, Vec<HashSet<usize>>), Error> {
+        let (cells, mut led) = (self.cells, Vec::new());
+        // Places that don't exist are refused with their own condition.
+        let of = |place: &Place<D>| particles_of(cells, place, "").unwrap_or_default();
+        let ties: Vec<(usize, bool, HashSet<usize>)> =
+            tied.mapped(|(rigid, place)| (*rigid, place.is_on_part(), of(place).into_iter().collect()));
+        let mut particles = vec![HashSet::new(); mine.len()];
+        for (((condition, place), requests), own) in mine.iter().zip(requests).zip(&mut particles) {
+            for (rigid, _, tied) in ties.iter().filter(|tie| !(tie.1 && place.is_on_part())) {
+                let mut both = of(place);
+                both.retain(|particle| tied.contains(particle) && own.insert(*particle));
+                for Request { single, .. } in requests {
+                    let normals = match &place.spot {
+                        Spot::Part(part) => normals(cells, part, &both, single.direction)?,
+                        _ => Vec::new(),
+                    };
+                    for (number, &particle) in both.iter().enumerate() {
+                        let at = padded(&cells.positions()[particle]);
+                        let normal = normals.get(number).copied().unwrap_or_else(Point::zeros);
+                        let unit = (single.what.along)(&at, &normal)?;
+                        let (value, label) = ((single.what.value)(vec![(at, 1.0)]), single.what.label.clone());
+                        led.push(Led { condition: *condition, rigid: *rigid, at, unit, value, label });
+                    }
+                }
+            }
+        }
+        Ok((led, particles))
     }
 
     /// The particles of a condition at particles for which conditions on parts that hold them do not say the same: rows over a face know
@@ -345,6 +397,17 @@ impl<const D: usize> Conditioned<'_, D> {
         }
         Ok(left)
     }
+}
+
+/// The particles of a place.
+fn particles_of<const D: usize>(cells: &dyn Cells<D>, place: &Place<D>, label: &str) -> Result<Vec<usize>, Error> {
+    let mut particles = match &place.spot {
+        Spot::Part(part) => cells.particles_on(part)?,
+        Spot::Point(at) => return Ok(vec![particle_at(cells, at, label)?]),
+        Spot::Body => (0..cells.positions().len()).collect(),
+    };
+    particles.retain(|&particle| place.holds(&cells.positions()[particle]));
+    Ok(particles)
 }
 
 /// Pieces, those of them that are the same as known ones shared with these.
@@ -415,15 +478,16 @@ mod tests {
             let requests: Vec<_> =
                 all.map(|single| of.request(single, &nodes, &mut claims, &mut Vec::new()).unwrap()).collect();
             let yielded = claims.settle((2, &nodes)).yielded;
+            let none = (&[][..], &HashSet::new());
             for request in &requests {
                 let (before, mark) = (equations.clone(), equations.mark());
-                let refused = of.add(&mut equations, &[], request, &nodes, &yielded, &mut Vec::new()).is_err();
+                let refused = of.add(&mut equations, none, request, &nodes, &yielded, &mut Vec::new()).is_err();
                 let added = equations.clone();
                 assert!(refused || added != before);
                 equations.take_back(mark);
                 assert_eq!(equations, before);
                 if !refused {
-                    of.add(&mut equations, &[], request, &nodes, &yielded, &mut Vec::new()).unwrap();
+                    of.add(&mut equations, none, request, &nodes, &yielded, &mut Vec::new()).unwrap();
                 }
             }
         }

@@ -202,8 +202,17 @@ fn finish<const D: usize>(
     }
     let (mut equations, mut placed, mut ties, mut krylov) = (Constraints::default(), Vec::new(), Vec::new(), None);
     let (mut discrete_bodies, mut rules, mut tables) = (Vec::new(), Vec::new(), Vec::new());
-    for BuiltBody { discrete_body, facets, equations: own, placed: mine, loads, ties: tied, krylov: own_krylov } in
-        built
+    let mut led = Vec::new();
+    for BuiltBody {
+        discrete_body,
+        facets,
+        equations: own,
+        placed: mine,
+        loads,
+        ties: tied,
+        led: mine_led,
+        krylov: own_krylov,
+    } in built
     {
         let (equation, node) = (equations.len(), discrete_body.nodes.start);
         krylov = own_krylov;
@@ -218,12 +227,13 @@ fn finish<const D: usize>(
             placed.push(own);
         }
         ties.extend(tied.into_iter().map(|(number, range)| (number, shifted(range, equation))));
+        led.extend(mine_led);
         discrete_bodies.push(discrete_body);
         rules.push(facets);
         tables.extend(loads);
     }
     let bonded = bond_all(scene, all, &discrete_bodies, &rules, &mut equations, &mut placed)?;
-    let mut frames = rigid::frames(scene, all, &ties, &mut equations, &mut placed, &mut positions)?;
+    let mut frames = rigid::frames(scene, all, (&ties, &led), &mut equations, &mut placed, &mut positions)?;
     scene.clock.as_ref().map_or(Ok(()), validate_clock)?;
     let mut model = Model::new(&all_padded::<3, D>(&positions));
     model.set_clock(scene.clock.clone());

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::boundary::{ConstraintEquation, Constraints};
+use crate::boundary::{ConstraintEquation, Constraints, PrescribedDirection, follows, rounding};
 use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Mat3, Point, Vec3, padded};
 use crate::term::Amplitude;
@@ -25,6 +25,8 @@ pub(crate) struct RigidFrame {
     pub unit: f64,
     /// The volumes of a mesh that it stands for, to be drawn.
     pub shapes: Vec<RigidShape>,
+    /// What is prescribed of it: directions of its displacement and of the slopes of that along each axis.
+    prescribed: Vec<PrescribedDirection<12>>,
 }
 
 /// A volume of a mesh that is rigid, as it is drawn.
@@ -67,6 +69,7 @@ impl RigidFrame {
             rigidity: None,
             unit: 1.0,
             shapes: Vec::new(),
+            prescribed: Vec::new(),
         })
     }
 
@@ -144,7 +147,7 @@ impl RigidFrame {
     }
 
     /// Adds the rows that leave a rigid body of revolution its motion along the axis alone.
-    pub(crate) fn guide(&self, equations: &mut Constraints) -> Result<(), Error> {
+    pub(crate) fn guide(&mut self, equations: &mut Constraints) -> Result<(), Error> {
         let (label, first) = (format!("rigid body {}", self.name), self.unknowns().start);
         for own in self.unknowns() {
             let entries = match (own - first) % self.dim {
@@ -152,6 +155,9 @@ impl RigidFrame {
                 i if own == first + i => continue,
                 i => vec![(first + i, -1.0), (own, 1.0)],
             };
+            let (node, axis) = ((own - first) / self.dim, (own - first) % self.dim);
+            let direction = std::array::from_fn(|k| f64::from(u8::from(k == 3 * node + axis)));
+            self.prescribed.push(PrescribedDirection::new(direction, &label, 0.0, Amplitude::Ramp));
             let (amplitude, label) = (Amplitude::Ramp, label.clone());
             equations.push(ConstraintEquation { entries, dependent: own, target: 0.0, amplitude, label })?;
         }
@@ -161,7 +167,7 @@ impl RigidFrame {
     /// Adds the rows of a condition on the body: at a point of it, or at all its nodes; in bodies of revolution along the axis
     /// alone.
     pub(crate) fn prescribe<const D: usize>(
-        &self,
+        &mut self,
         equations: &mut Constraints,
         condition: &Condition<D>,
         point: Option<Vec3>,
@@ -187,14 +193,37 @@ impl RigidFrame {
             equations.add_break_points(single.break_points());
             for x in &at {
                 let what = &single.what;
-                let (unit, values) = ((what.along)(x, &Point::zeros())?, self.values(x));
-                let (target, amplitude) = (what.value)(vec![(*x, 1.0)]);
-                let entries = self.entries(1e-14, |k, i| values[k] * unit[i]);
-                let largest = entries.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-                let (dependent, label) = (largest.map_or(self.unknowns().start, |entry| entry.0), what.label.clone());
-                equations.push(ConstraintEquation { entries, dependent, target, amplitude, label })?;
+                let unit = (what.along)(x, &Point::zeros())?;
+                self.lead(equations, (x, &unit), (what.value)(vec![(*x, 1.0)]), &what.label)?;
             }
         }
+        Ok(())
+    }
+
+    /// Adds the row of what is prescribed at a point of the body along a direction, unless it follows from what is prescribed already: a
+    /// few points tell how an affine frame moves.
+    ///
+    /// # Errors
+    /// Where another value follows.
+    pub(crate) fn lead(
+        &mut self,
+        equations: &mut Constraints,
+        (at, unit): (&Vec3, &Vec3),
+        (target, amplitude): (f64, Amplitude),
+        label: &str,
+    ) -> Result<(), Error> {
+        let local = (at - self.centre) / self.size;
+        let direction = std::array::from_fn(|k| unit[k % 3] * if k < 3 { 1.0 } else { local[k / 3 - 1] });
+        let requested = PrescribedDirection::new(direction, label, target, amplitude.clone());
+        if follows(&self.prescribed, &requested, &at.as_slice()[..self.dim], rounding(&[*at, self.centre]))? {
+            return Ok(());
+        }
+        self.prescribed.push(requested);
+        let values = self.values(at);
+        let entries = self.entries(1e-14, |k, i| values[k] * unit[i]);
+        let largest = entries.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let (dependent, label) = (largest.map_or(self.unknowns().start, |entry| entry.0), label.to_string());
+        equations.push(ConstraintEquation { entries, dependent, target, amplitude, label })?;
         Ok(())
     }
 }

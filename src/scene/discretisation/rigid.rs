@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use crate::boundary::{ConstraintEquation, Constraints};
+use crate::each::Each;
 use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Bounds, Part, Point, all_padded, padded};
 use crate::mesh::Mesh;
 use crate::quadrature::Points;
 
-use super::conditions::Placed;
+use super::conditions::{Led, Placed};
 use super::frame::{RigidFrame, RigidShape};
 use super::one_body::FINER;
 use crate::scene::{BodyCells, Load, LoadKind, Place, Scene, Source, Spot};
@@ -103,7 +104,7 @@ impl<const D: usize> Scene<D> {
 pub(crate) fn frames<const D: usize>(
     scene: &Scene<D>,
     all: &BodyCells<D>,
-    ties: &[(usize, Range<usize>)],
+    (ties, led): (&[(usize, Range<usize>)], &[Led]),
     equations: &mut Constraints,
     placed: &mut Vec<Placed<D>>,
     positions: &mut Vec<Point<3>>,
@@ -138,17 +139,48 @@ pub(crate) fn frames<const D: usize>(
         }
         frames.push(frame);
     }
-    for condition in &scene.conditions {
-        let place = scene.resolve(&condition.place);
-        let Some((number, point)) = scene.rigid_at(&place) else { continue };
-        let first = equations.len();
-        frames[number].prescribe(equations, condition, point, revolved)?;
-        // By the name of the body results are those of its parts, which carry what its conditions do.
-        let own = condition.name.clone().filter(|name| *name != frames[number].name);
-        let (name, nodes) = (own, frames[number].nodes());
-        placed.push(Placed { name, place: Some(place), equations: first..equations.len(), nodes });
-    }
+    lead(scene, led, revolved, &mut frames, equations, placed)?;
     Ok(frames)
+}
+
+/// Adds the rows of conditions on rigid bodies, and on particles that are tied to them.
+fn lead<const D: usize>(
+    scene: &Scene<D>,
+    led: &[Led],
+    revolved: bool,
+    frames: &mut [RigidFrame],
+    equations: &mut Constraints,
+    placed: &mut Vec<Placed<D>>,
+) -> Result<(), Error> {
+    let places = scene.conditions.mapped(|condition| scene.resolve(&condition.place));
+    let at = places.mapped(|place| scene.rigid_at(place));
+    // A body that is led as a whole has a row of each node.
+    let (whole, others): (Vec<usize>, Vec<usize>) =
+        (0..places.len()).partition(|&condition| at[condition].is_some_and(|at| at.1.is_none()));
+    for number in whole.into_iter().chain(others) {
+        let (condition, place) = (&scene.conditions[number], &places[number]);
+        for (rigid, frame) in frames.iter_mut().enumerate() {
+            let first = equations.len();
+            let tied = || led.iter().filter(|led| led.condition == number && led.rigid == rigid);
+            let own = at[number].filter(|at| at.0 == rigid);
+            if let Some((_, point)) = own {
+                frame.prescribe(equations, condition, point, revolved)?;
+            } else if place.is_all_of_body() && tied().next().is_some() {
+                // What is tied to a body moves with all of it.
+                frame.prescribe(equations, condition, None, revolved)?;
+            }
+            for Led { at, unit, value, label, .. } in tied() {
+                frame.lead(equations, (at, unit), value.clone(), label)?;
+            }
+            if first < equations.len() || own.is_some() {
+                // By the name of the body results are those of its parts, which carry what its conditions do.
+                let name = condition.name.clone().filter(|name| *name != frame.name);
+                let (place, nodes) = (Some(place.clone()), frame.nodes());
+                placed.push(Placed { name, place, equations: first..equations.len(), nodes });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Refuses rigid bodies where nodes are free that neither contacts nor springs may hold.
