@@ -32,17 +32,25 @@ pub trait Kinematics<const D: usize>: Send + Sync {
     /// number, and refuse other measures; those of [`Rule::Gauss`](crate::scene::Rule::Gauss) take any.
     fn measure(&self, at: &Point<D>) -> f64;
 
-    /// Whether the stretch across, $F_{33}$, is free at each point so that $P_{33} = 0$: a thin sheet in plane stress.
+    /// Whether the stretch across, $F_{33}$, is free at each point so that $P_{33} = 0$: a thin sheet in plane stress. Neither a
+    /// coordinate nor a hoop may move that entry.
     fn is_plane_stress(&self) -> bool {
         false
     }
 }
+
+/// The diagonal entry of $F$ that is free in plane stress.
+const ACROSS: usize = 2;
 
 /// The hoops of a kinematics, after a look at them.
 pub(crate) fn hoop_components<const D: usize>(
     kinematics: &dyn Kinematics<D>,
 ) -> Result<&'static [usize], GeometryError> {
     let hoops = kinematics.hoop_components();
+    if kinematics.is_plane_stress() && (D > ACROSS || hoops.contains(&ACROSS)) {
+        let needed = "but Kinematics::is_plane_stress() leaves it to the thickness: take fewer coordinates and other hoops, or no plane stress";
+        return Err(GeometryError::Count { what: "entry of F that the kinematics moves", count: ACROSS, needed });
+    }
     match (0..hoops.len()).find(|&k| hoops[k] < D || hoops[k] > 2 || hoops[..k].contains(&hoops[k])) {
         None => Ok(hoops),
         Some(k) => {

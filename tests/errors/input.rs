@@ -531,6 +531,23 @@ fn kinematics_that_measure_nothing() {
     let error = ShapeTable::smoothed(&line, &bar.smoothing(2, 1, &bar.zones(1)).unwrap(), &Bulging).unwrap_err();
     refused!(error, Error::Geometry(GeometryError::Kinematics { .. }), ["proportional to R", "at X = [1.0625]"]);
     for hoops in [&[2usize, 2] as &[usize], &[1], &[3]] {
+    /// A sheet whose thickness would be a hoop too.
+    struct Thin;
+    impl Kinematics<2> for Thin {
+        fn hoop_components(&self) -> &'static [usize] {
+            &[2]
+        }
+        fn measure(&self, at: &Point<2>) -> f64 {
+            at[0]
+        }
+        fn is_plane_stress(&self) -> bool {
+            true
+        }
+    }
+    let scene = Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), Thin, rubber()).hold(Side::Min);
+    for error in [ShapeTable::new(&functions, &points, &Thin).unwrap_err(), refusal(&scene, &coarse())] {
+        refused!(error, Error::Geometry(GeometryError::Count { .. }), ["entry of F", "is_plane_stress"]);
+    }
         let own = || Own(|_| 1.0, hoops);
         let scene = Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), own(), rubber()).hold(Side::Min);
         for error in [
