@@ -74,7 +74,7 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Stabili
 
     let tangent_of = |table: ShapeTable<D>, tangent: &mut DMatrix<f64>| {
         let mut model = Model::new(positions);
-        model.add(Body::new(table, problem.body().material().clone(), PressureField::Displacement));
+        model.add(Body::new(table, problem.body().law().clone(), PressureField::Displacement));
         add_tangent_at_rest(&model, tangent);
     };
     let mut rule = DMatrix::zeros(unknowns, unknowns);

@@ -43,6 +43,7 @@ pub struct ShapeTable<const D: usize> {
     /// First entry of each point in `values` and by slot in `gradients`: points whose surroundings are alike share them.
     starts: Vec<usize>,
     hoops: &'static [usize],
+    plane_stress: bool,
     weights: Vec<f64>,
     positions: Vec<Point<D>>,
     normals: Vec<Point<D>>,
@@ -111,7 +112,7 @@ impl<const D: usize> ShapeTable<D> {
             )
         );
         let (positions, normals) = (points.positions.clone(), points.normals.clone());
-        Ok(ShapeTable::of_rows(node_count, rows, clusters, hoops, positions, normals))
+        Ok(ShapeTable::of_rows(node_count, rows, clusters, kinematics, positions, normals))
     }
 
     /// Tabulates finite elements at points that know their element.
@@ -137,7 +138,7 @@ impl<const D: usize> ShapeTable<D> {
     ) -> Result<Self, Error> {
         let (rows, clusters) = elements::shared(elements, points, kinematics)?;
         let (positions, normals) = (points.points.positions.clone(), points.points.normals.clone());
-        Ok(ShapeTable::of_rows(elements.nodes().len(), rows, clusters, &[], positions, normals))
+        Ok(ShapeTable::of_rows(elements.nodes().len(), rows, clusters, kinematics, positions, normals))
     }
 
     /// Tabulates gradients averaged over sub-cells,
@@ -157,7 +158,7 @@ impl<const D: usize> ShapeTable<D> {
         smoothing.validate()?;
         let (rows, clusters) = smooth::smoothed(approximation, smoothing, kinematics)?;
         let (node_count, positions) = (approximation.nodes().len(), smoothing.centres.clone());
-        Ok(ShapeTable::of_rows(node_count, rows, clusters, kinematics.hoop_components(), positions, Vec::new()))
+        Ok(ShapeTable::of_rows(node_count, rows, clusters, kinematics, positions, Vec::new()))
     }
 
     /// Tabulates gradients that are linear in each sub-cell and consistent with its boundary, for approximations of order 2
@@ -195,17 +196,18 @@ impl<const D: usize> ShapeTable<D> {
             _ => consistent::consistent::<D, 4>(approximation, smoothing, kinematics)?,
         };
         let node_count = approximation.nodes().len();
-        Ok(ShapeTable::of_rows(node_count, rows, clusters, kinematics.hoop_components(), positions, Vec::new()))
+        Ok(ShapeTable::of_rows(node_count, rows, clusters, kinematics, positions, Vec::new()))
     }
 
     fn of_rows(
         node_count: usize,
         rows: build::Rows,
         clusters: Clusters,
-        hoops: &'static [usize],
+        kinematics: &dyn Kinematics<D>,
         positions: Vec<Point<D>>,
         normals: Vec<Point<D>>,
     ) -> Self {
+        let hoops = kinematics.hoop_components();
         ShapeTable {
             rest: Vec::new(),
             node_count,
@@ -215,6 +217,7 @@ impl<const D: usize> ShapeTable<D> {
             gradients: rows.gradients,
             starts: rows.starts,
             hoops,
+            plane_stress: kinematics.is_plane_stress(),
             weights: rows.weights,
             positions,
             normals,
@@ -281,6 +284,12 @@ impl<const D: usize> ShapeTable<D> {
     #[inline]
     pub fn hoop_components(&self) -> &'static [usize] {
         self.hoops
+    }
+
+    /// Whether it is that of a sheet in plane stress, whose stretch across follows from a law and not from its functions.
+    #[inline]
+    pub(crate) fn is_plane_stress(&self) -> bool {
+        self.plane_stress
     }
 
     /// Weights with the measure of the kinematics.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::geometry::Mat3;
-use crate::material::{Material, Past};
+use crate::material::{FreeThickness, Material, Past};
 use crate::table::ShapeTable;
 
 use super::Term;
@@ -38,6 +38,9 @@ use super::volumetric_measure::VolumetricMeasure;
 /// sets by the pressure and everything else takes as given: forces and matrix are those of the potential with it.
 pub struct Body<const D: usize> {
     pub(super) table: ShapeTable<D>,
+    /// As it was given.
+    law: Arc<dyn Material>,
+    /// The law as the kinematics moves it: in a sheet with the thickness free.
     pub(super) material: Arc<dyn Material>,
     pub(super) field: PressureField,
     pub(super) functions: usize,
@@ -61,7 +64,7 @@ pub struct Body<const D: usize> {
 
 impl<const D: usize> Body<D> {
     /// A body with the given treatment of the volumetric energy; a material that can't be split
-    /// runs in [`PressureField::Displacement`].
+    /// runs in [`PressureField::Displacement`], and so does a sheet in plane stress, whose thickness settles for any material.
     ///
     /// Zones are the clusters of the table. Projected fields keep a stabilisation $s$ of the volumetric energy pointwise, at most
     /// a tenth: $sk = \tfrac23\mu_0$, the bulk modulus of a body with Poisson's ratio zero, whose directions do
@@ -75,18 +78,18 @@ impl<const D: usize> Body<D> {
     /// As [`new`](Body::new) with the measure of volume that projected fields project.
     pub(crate) fn projecting(
         table: ShapeTable<D>,
-        material: Arc<dyn Material>,
+        law: Arc<dyn Material>,
         field: PressureField,
         measure: ProjectedMeasure,
     ) -> Self {
         let adapted = measure == ProjectedMeasure::Adapted;
         let stabilisation = match field {
             PressureField::Constant | PressureField::Linear => {
-                pointwise_share(&material, if adapted && D < 3 { 2.0 / 3.0 } else { 1.0 })
+                pointwise_share(&law, if adapted && D < 3 { 2.0 / 3.0 } else { 1.0 })
             }
             _ => 0.0,
         };
-        let mut body = Body::sharing(table, material, field, stabilisation);
+        let mut body = Body::sharing(table, law, field, stabilisation);
         if body.functions > 0 {
             let clusters = body.table.clusters();
             body.fewest = (0..clusters.count()).map(|zone| clusters.points(zone).len()).min().unwrap_or(0);
@@ -116,11 +119,14 @@ impl<const D: usize> Body<D> {
     }
 
     /// The same with a material that others use too.
-    fn sharing(table: ShapeTable<D>, material: Arc<dyn Material>, field: PressureField, stabilisation: f64) -> Self {
+    fn sharing(table: ShapeTable<D>, law: Arc<dyn Material>, field: PressureField, stabilisation: f64) -> Self {
+        let material: Arc<dyn Material> =
+            if table.is_plane_stress() { Arc::new(FreeThickness(law.clone())) } else { law.clone() };
         let field = if material.volumetric().is_some() { field } else { PressureField::Displacement };
         let mut body = Body {
             rest: material.rest(),
             table,
+            law,
             material,
             field,
             functions: 0,
@@ -161,8 +167,8 @@ impl<const D: usize> Body<D> {
 
     /// The same body over another table with the same points and clusters.
     pub(crate) fn over(&self, table: ShapeTable<D>) -> Self {
-        let (material, rest) = (self.material.clone(), self.rest.clone());
-        Body { table, material, rest, phi: self.phi.clone(), ..*self }
+        let (law, material, rest) = (self.law.clone(), self.material.clone(), self.rest.clone());
+        Body { table, law, material, rest, phi: self.phi.clone(), ..*self }
     }
 
     /// The same with a matrix that goes without what the condensed pressures of zones add: only nodes that share a point are coupled.
@@ -185,7 +191,12 @@ impl<const D: usize> Body<D> {
         &self.table
     }
 
-    /// The material.
+    /// The law that it was made of.
+    pub(crate) fn law(&self) -> &Arc<dyn Material> {
+        &self.law
+    }
+
+    /// The material: the law, in a sheet with its thickness free.
     pub(crate) fn material(&self) -> &Arc<dyn Material> {
         &self.material
     }

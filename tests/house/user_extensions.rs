@@ -224,10 +224,15 @@ fn a_tube_composed_by_hand_is_that_of_the_scene() {
 
 #[test]
 fn a_plane_block_composed_by_hand_is_that_of_the_scene() {
+    plane_block_by_hand(Arc::new(PlaneStrain));
+    plane_block_by_hand(Arc::new(PlaneStress { thickness: 0.5 }));
+}
+
+fn plane_block_by_hand(kinematics: Arc<dyn Kinematics<2>>) {
     let rubber = || Rubber::yeoh(0.373, -0.031, 0.005, 1e4).unwrap();
     let block = Block::new([0.0, 0.0], [2.0, 1.0]);
     let scheme = Scheme::default().particles([9, 5]).constraint_method(ConstraintMethod::Multipliers);
-    let scene = Scene::new(block, PlaneStrain, rubber())
+    let scene = Scene::new(block, kinematics.clone(), rubber())
         .hold(Side::Min)
         .prescribe(Side::Max, 1, 0.3)
         .traction((1, Side::Max), [0.0, -0.01]);
@@ -238,12 +243,12 @@ fn a_plane_block_composed_by_hand_is_that_of_the_scene() {
     let rk = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
     // Two smoothed sub-cells per direction, two points per edge, pressures on macro cells of 2×2.
     let smoothing = lattice.smoothing(2, 2, &lattice.zones(2)).unwrap();
-    let body = ShapeTable::smoothed(&rk, &smoothing, &PlaneStrain).unwrap();
+    let body = ShapeTable::smoothed(&rk, &smoothing, &kinematics).unwrap();
     let top = lattice.boundary(&(1, Side::Max).into(), 2, 2).unwrap().points;
     let load = DeadLoad { force: Vector3::new(0.0, -0.01, 0.0), amplitude: Amplitude::Ramp };
     let law: Arc<dyn Material> = Arc::new(rubber());
     let functions = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
-    let loaded = ShapeTable::new(&rk, &top, &PlaneStrain).unwrap();
+    let loaded = ShapeTable::new(&rk, &top, &kinematics).unwrap();
     let mut problem =
         Problem::compose(lattice.clone(), functions, Body::new(body, law, PressureField::Linear)).unwrap();
     problem.add(Pointwise::new(loaded, load));
@@ -252,7 +257,7 @@ fn a_plane_block_composed_by_hand_is_that_of_the_scene() {
     {
         let cells = lattice.boundary(&side.into(), 2, 2).unwrap();
         let condition = |equations: &mut Constraints| {
-            equations.over_boundary(&rk, &cells, &PlaneStrain, component, &|_| value, &Amplitude::Ramp, name)
+            equations.over_boundary(&rk, &cells, &kinematics, component, &|_| value, &Amplitude::Ramp, name)
         };
         problem.constrain(name, condition).unwrap();
     }

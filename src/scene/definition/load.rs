@@ -7,7 +7,7 @@ use crate::each::{EachOf, list_of, point_of};
 use crate::error::SolveError;
 use crate::geometry::{Mat3, Point, Vec3, padded, vector};
 use crate::material::{Material, Past};
-use crate::term::{Amplitude, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity};
+use crate::term::{Amplitude, Body, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity};
 
 use crate::scene::{Place, Value};
 
@@ -356,6 +356,11 @@ pub(crate) struct Sheet<const D: usize> {
 }
 
 impl<const D: usize> Sheet<D> {
+    /// What a body is in plane stress; none where it is not.
+    pub(crate) fn of(body: &Body<D>, expansion: Option<Value<D>>) -> Option<Self> {
+        body.table().is_plane_stress().then(|| Sheet { law: body.material().clone(), expansion })
+    }
+
     /// The stretch across it at a place, as the elastic law has it.
     pub(crate) fn thickness(&self, f: &Mat3, x: &Point<D>) -> f64 {
         let free = self.expansion.as_ref().map_or(1.0, |stretch| stretch.at(x, 1.0));

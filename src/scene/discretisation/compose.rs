@@ -16,7 +16,7 @@ use super::conditions::Placed;
 use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
 use super::problem::Problem;
-use crate::scene::{FIRST, Place};
+use crate::scene::{FIRST, Place, Sheet};
 
 impl<const D: usize> Problem<D> {
     /// A problem of one body with a basis, an approximation or a rule of one's own, which has all answers of one made from a
@@ -75,7 +75,7 @@ impl<const D: usize> Problem<D> {
         model.add_shared(body.clone());
         let each = if D == 1 { 1 } else { 2 };
         let discrete_body = DiscreteBody {
-            sheet: None,
+            sheet: Sheet::of(&body, None),
             expansion: None,
             name: FIRST.into(),
             nodes: 0..needed,

@@ -8,7 +8,7 @@ use crate::cells::Cells;
 use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Bounds, Part};
 use crate::linear::Krylov;
-use crate::material::{FreeThickness, Material};
+use crate::material::Material;
 use crate::quadrature::Points;
 use crate::shape::Approximation;
 use crate::table::ShapeTable;
@@ -67,16 +67,14 @@ impl<const D: usize> BodyInput<'_, D> {
         if self.first == 0 && table.node_count() == self.total { table } else { table.shifted(self.first, self.total) }
     }
 
-    /// The body of a table and of its material as the kinematics moves it, with the scene's free expansion.
+    /// The body of a table and of its material, with the scene's free expansion.
     pub(crate) fn body_of(
         &self,
         table: ShapeTable<D>,
         of: impl FnOnce(ShapeTable<D>, Arc<dyn Material>) -> Body<D>,
     ) -> Result<Body<D>, Error> {
-        let (scene, own) = (self.scene, self.body.material.clone());
-        let law: Arc<dyn Material> =
-            if scene.kinematics.is_plane_stress() { Arc::new(FreeThickness(own)) } else { own };
-        Ok(of(self.among_all(expanding(scene, table)?), law))
+        let table = self.among_all(expanding(self.scene, table)?);
+        Ok(of(table, self.body.material.clone()))
     }
 
     /// The equations of the conditions on the body and of its parts tied to rigid ones.
@@ -101,8 +99,7 @@ impl<const D: usize> BodyInput<'_, D> {
         let nodes = self.first..self.first + self.cells.positions().len();
         let (name, cells, body) = (self.body.name.clone(), self.cells.clone(), Arc::new(body));
         let expansion = self.scene.expansion.clone();
-        let is_sheet = self.scene.kinematics.is_plane_stress();
-        let sheet = is_sheet.then(|| Sheet { law: body.material().clone(), expansion: expansion.clone() });
+        let sheet = Sheet::of(&body, expansion.clone());
         DiscreteBody { name, nodes, body, cells, approximation, sheet, expansion, facets, dilations, raised }
     }
 }

@@ -318,7 +318,7 @@ fn elements_of<const D: usize>(
     }
     let elements = FiniteElements::new(lattice.clone(), 1)?;
     let table = ShapeTable::of_alike_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;
-    let elastic = Body::projecting(table, body.material().clone(), body.field(), body.projected_measure());
+    let elastic = Body::projecting(table, body.law().clone(), body.field(), body.projected_measure());
     Ok(Some(sharing.smallest_zones_of(elastic)))
 }
 
