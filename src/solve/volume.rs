@@ -11,7 +11,8 @@ use super::functional::Functional;
 /// $$V(d) = -\tfrac1m\int x\cdot\operatorname{cof}(F)N\\,\mathrm d\Gamma - V(0),$$
 /// $N$ outward from the body, $m$ the number of directions that the kinematics moves (2 in plane strain and
 /// for cylinders, 3 otherwise). A uniform pressure is its work conjugate: $-p\\,\partial V/\partial d$ are the
-/// forces of a follower pressure on a part that is closed, or held at its ends.
+/// forces of a follower pressure on a part that is closed, or held at its ends. Behind a sheet in plane stress it is taken with the
+/// thickness at rest: the pressure acts on the thickness that is left, and is no conjugate of it.
 #[derive(Debug, Clone)]
 pub struct EnclosedVolume<const D: usize> {
     table: ShapeTable<D>,

@@ -137,17 +137,19 @@ pub trait Integrand: Send + Sync {
 pub struct Pointwise<const D: usize> {
     table: ShapeTable<D>,
     integrand: Arc<dyn Integrand>,
+    /// Whether the integrand finds the stretch across a sheet itself, which the table does not know.
+    across: bool,
 }
 
 impl<const D: usize> Pointwise<D> {
     /// Sums `integrand` over the points of `table`.
     pub fn new(table: ShapeTable<D>, integrand: impl Integrand + 'static) -> Self {
-        Pointwise::shared(table, Arc::new(integrand))
+        Pointwise { table, integrand: Arc::new(integrand), across: false }
     }
 
-    /// Sums an integrand that others use too.
+    /// Sums an integrand that others use too, and that finds the stretch across itself where the table is that of a sheet.
     pub(crate) fn shared(table: ShapeTable<D>, integrand: Arc<dyn Integrand>) -> Self {
-        Pointwise { table, integrand }
+        Pointwise { table, integrand, across: true }
     }
 
     fn state(&self, point: usize, view: &View<'_>) -> PointState {
@@ -213,6 +215,15 @@ impl<const D: usize> Term for Pointwise<D> {
             SolveError::Empty {
                 what: "values in the table of a load",
                 remedy: "smoothed tables hold gradients alone: tabulate the load's own points with ShapeTable::new",
+            }
+        );
+        let Sparsity { stress, force_by_gradient, .. } = self.integrand.sparsity();
+        ensure!(
+            self.across || !self.table.is_plane_stress() || !(stress || force_by_gradient),
+            SolveError::Empty {
+                what: "stretch across the sheet for a load that reads F",
+                remedy: "in plane stress it follows from the law, which a table does not know: give the load to a scene (Load::pressure, \
+                         Load::integrand)",
             }
         );
         Ok(())

@@ -6,6 +6,7 @@ use rkpm::assembly::Pattern;
 use rkpm::boundary::{ConstraintEquation, Eliminated, Enforced, Enforcement};
 use rkpm::cells::Lattice;
 use rkpm::error::{ApproximationError, BoundaryError, GeometryError, MaterialError, SolveError};
+use rkpm::nalgebra::Vector3;
 use rkpm::prelude::*;
 use rkpm::quadrature::gauss_legendre;
 use rkpm::scene::{ConstraintKind, ConstraintMethod, Rule};
@@ -629,6 +630,36 @@ fn pressures_on_points_without_normals() {
         let error = run(&points).unwrap_err();
         refused!(error, Error::Solve(SolveError::Empty { .. }), ["normals at the points of a pressure", "a boundary"]);
     }
+}
+
+/// What reads the deformation of a sheet needs its law, which a table does not know; what adds a stress is part of the law.
+#[test]
+fn loads_that_do_not_know_the_thickness_of_a_sheet() {
+    let lattice = Block::new([0.0, 0.0], [1.0, 1.0]).lattice([4, 4]).unwrap();
+    let functions = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let face = lattice.boundary(&Side::Max.into(), 1, 2).unwrap().points;
+    let table = ShapeTable::new(&functions, &face, &PlaneStress { thickness: 1.0 }).unwrap();
+    let amplitude = Amplitude::Ramp;
+    let pressure = Pointwise::new(table.clone(), FollowerPressure { pressure: 0.01, amplitude: amplitude.clone() });
+    refused!(
+        pressure.validate().unwrap_err(),
+        SolveError::Empty { .. },
+        ["stretch across the sheet", "Load::pressure"]
+    );
+    Pointwise::new(table, DeadLoad { force: Vector3::x(), amplitude }).validate().unwrap();
+    struct Skin;
+    impl Integrand for Skin {
+        fn sparsity(&self) -> rkpm::term::Sparsity {
+            rkpm::term::Sparsity { stress: true, ..Default::default() }
+        }
+        fn evaluate(&self, at: &rkpm::term::PointState, derivatives: &mut rkpm::term::PointDerivatives) {
+            derivatives.stress = at.deformation;
+        }
+    }
+    let scene = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStress { thickness: 1.0 }, rubber())
+        .hold(Side::Min)
+        .with(Load::integrand(Side::Max, Skin));
+    refused!(refusal(&scene, &coarse()), Error::Incompatible(_), ["integrand on face", "a sheet in plane stress"]);
 }
 
 #[test]

@@ -183,17 +183,21 @@ fn faces_in_contact_carry_the_stress_that_presses_them() {
     }
 }
 
-/// A sheet that expands freely by a fifth and is pressed at its end by a pressure that follows: the stress inside and at the end is that
+/// A sheet that expands freely by a fifth and is pressed at its end by a pressure that follows, that of the scene or an integrand: the stress inside and at the end is that
 /// pressure, and its thickness is that of the expanded sheet.
 #[test]
 fn sheets_that_expand_carry_the_pressure_on_their_edges() {
-    for stretch in [1.0, 1.2, 0.9] {
+    let follower = FollowerPressure { pressure: 0.3, amplitude: Amplitude::Ramp };
+    let by_hand = Load::integrand(Side::Max, follower);
+    for (stretch, load) in
+        [1.0, 1.2, 0.9].map(|stretch| (stretch, Load::pressure(Side::Max, 0.3))).into_iter().chain([(1.2, by_hand)])
+    {
         let sheet = Scene::new(
             Block::new([0.0, 0.0], [2.0, 1.0]),
             PlaneStress { thickness: 2.0 },
             Rubber::neo_hookean(0.5, 100.0).unwrap(),
         );
-        let sheet = sheet.prescribe(Side::Min, 0, 0.0).prescribe((1, Side::Min), 1, 0.0).pressure(Side::Max, 0.3);
+        let sheet = sheet.prescribe(Side::Min, 0, 0.0).prescribe((1, Side::Min), 1, 0.0).with(load);
         let problem = sheet.with_expansion(stretch).discretize(&Scheme::default().particles([9, 5])).unwrap();
         let path = problem.run().unwrap().completed().unwrap();
         for x in [[1.0, 0.5], [2.0, 0.5], [0.0, 0.3]] {

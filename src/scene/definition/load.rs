@@ -369,20 +369,20 @@ impl<const D: usize> Sheet<D> {
     }
 }
 
-/// A load on the edge of a sheet: its area is that of the sheet as the law has it at the edge.
-pub(crate) struct OnSheet<I, const D: usize> {
-    pub load: I,
+/// A load on a sheet that reads the deformation: the stretch across is that of the sheet as the law has it at the point.
+pub(crate) struct OnSheet<const D: usize> {
+    pub load: Arc<dyn Integrand>,
     pub sheet: Sheet<D>,
 }
 
-impl<I: Integrand, const D: usize> Integrand for OnSheet<I, D> {
+impl<const D: usize> Integrand for OnSheet<D> {
     fn sparsity(&self) -> Sparsity {
         self.load.sparsity()
     }
 
     fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
         let x: Point<D> = padded(&at.position);
-        on_sheet(&self.load, &|f| self.sheet.thickness(f, &x), at, flux);
+        on_sheet(&*self.load, &|f| self.sheet.thickness(f, &x), at, flux);
     }
 
     fn is_symmetric(&self) -> bool {
@@ -406,7 +406,7 @@ impl<I: Integrand, const D: usize> Integrand for OnSheet<I, D> {
     }
 }
 
-/// Derivatives of a load on an edge whose stretch across follows from the deformation in the plane.
+/// Derivatives of a load where the stretch across follows from the deformation in the plane.
 fn on_sheet(load: &dyn Integrand, thick: &dyn Fn(&Mat3) -> f64, at: &PointState, flux: &mut PointDerivatives) {
     const ACROSS: usize = 8;
     let mut settled = at.deformation;

@@ -136,7 +136,7 @@ fn add_load<const D: usize>(
     table: ShapeTable<D>,
     measure: f64,
     sheet: Option<Sheet<D>>,
-) {
+) -> Result<(), Error> {
     let amplitude = load.amplitude.clone();
     let varying = |value: &Value<D>| Varying { value: value.clone(), amplitude: amplitude.clone() };
     let integrand: Arc<dyn Integrand> = match (&load.kind, sheet) {
@@ -147,12 +147,22 @@ fn add_load<const D: usize>(
             Arc::new(FollowerPressure { pressure: *pressure, amplitude })
         }
         (LoadKind::Pressure(value), None) => Arc::new(varying(value)),
-        (LoadKind::Pressure(value), Some(sheet)) => Arc::new(OnSheet { load: varying(value), sheet }),
-        (LoadKind::Integrand(integrand), _) => integrand.clone(),
+        (LoadKind::Pressure(value), Some(sheet)) => Arc::new(OnSheet { load: Arc::new(varying(value)), sheet }),
+        (LoadKind::Integrand(integrand), Some(sheet)) => {
+            let reads = integrand.sparsity();
+            let remedy = "the stretch across follows from the law alone: make it part of the law, or take a body in 3D";
+            ensure!(!reads.stress, Incompatible::new(load.label(), "a sheet in plane stress", remedy));
+            match reads.force_by_gradient {
+                true => Arc::new(OnSheet { load: integrand.clone(), sheet }),
+                false => integrand.clone(),
+            }
+        }
+        (LoadKind::Integrand(integrand), None) => integrand.clone(),
         // Refused with its table.
-        (LoadKind::Moment(_), _) => return,
+        (LoadKind::Moment(_), _) => return Ok(()),
     };
     model.add(Pointwise::shared(table, integrand));
+    Ok(())
 }
 
 /// Adds the loads over their tables, each with its number in the scene: their terms, in the order of the scene.
@@ -174,7 +184,7 @@ fn add_loads<const D: usize>(
         let sheet = own.and_then(|body| body.sheet.clone());
         let (load, term) = (&scene.loads[number], model.terms().len());
         is_finite_over(load, table.positions())?;
-        add_load(model, load, table, measures[number], sheet);
+        add_load(model, load, table, measures[number], sheet)?;
         match loads.last_mut().filter(|(last, _)| *last == number) {
             Some((_, of)) => of.terms.end = model.terms().len(),
             None => loads.push((number, LoadTerms::of(load, term..model.terms().len()))),
