@@ -90,6 +90,11 @@ impl<M: Material> Material for Mullins<M> {
         1
     }
 
+    /// That of a law which is stressed at rest, as one that was stretched before, is not zero.
+    fn start(&self, memory: &mut [f64]) {
+        memory[0] = self.material.energy_from(&Mat3::identity(), Past::NONE);
+    }
+
     fn remember(&self, f: &Mat3, past: Past<'_>, next: &mut [f64]) {
         next[0] = past.memory[0].max(self.material.energy_from(f, Past::NONE));
     }

@@ -189,9 +189,11 @@ fn what_was_stretched_before_is_softened() {
         shear_stress(&problem, path.last())
     };
     let stretched = Prestretched::new(softening(), before).unwrap();
-    let [built_in, pulled] =
-        [sheared(stretched, back, seconds(1.0)), sheared(softening(), there_and_back, seconds(1.0))].map(stress);
-    assert_relative_eq!(built_in, pulled, max_relative = 1e-8);
+    let around = Mullins::new(Prestretched::new(elastic(), before).unwrap(), 1.5, 0.1, 0.1).unwrap();
+    let pulled = stress(sheared(softening(), there_and_back, seconds(1.0)));
+    for built_in in [sheared(stretched, back.clone(), seconds(1.0)), sheared(around, back, seconds(1.0))] {
+        assert_relative_eq!(stress(built_in), pulled, max_relative = 1e-8);
+    }
     assert!(pulled < 0.9 * A10 * SHEAR, "{pulled} of {}", A10 * SHEAR);
 }
 
