@@ -82,7 +82,7 @@ impl<const D: usize> Body<D> {
         }
     }
 
-    /// Writes the condensed unknowns of a cluster that belong to zero displacement.
+    /// Writes the condensed unknowns of a cluster that belong to zero displacement where nothing expands: Newton's method goes on from there.
     pub(super) fn start_zone(&self, cluster: usize, condensed: &mut [f64]) {
         match self.field {
             PressureField::Displacement => {}
@@ -93,16 +93,22 @@ impl<const D: usize> Body<D> {
             }
             _ => {
                 condensed.fill(0.0);
-                for point in self.table.clusters().points(cluster) {
-                    let weight = self.table.weights()[point];
-                    for (theta, phi) in condensed.iter_mut().zip(self.zone_functions(point)) {
-                        *theta += weight * phi;
-                    }
-                }
+                self.project(cluster, |_| 1.0, &mut condensed[..self.functions]);
                 // The exponent is behind the last pair.
                 for pair in condensed[2 * self.functions..].chunks_exact_mut(2) {
                     pair.copy_from_slice(&[1.0, 0.0]);
                 }
+            }
+        }
+    }
+
+    /// Coefficients of the projection of values at the points of a zone.
+    pub(super) fn project(&self, cluster: usize, value: impl Fn(usize) -> f64, theta: &mut [f64]) {
+        theta.fill(0.0);
+        for point in self.table.clusters().points(cluster) {
+            let weighted = self.table.weights()[point] * value(point);
+            for (theta, phi) in theta.iter_mut().zip(self.zone_functions(point)) {
+                *theta += weighted * phi;
             }
         }
     }

@@ -5,6 +5,7 @@ use crate::geometry::Mat3;
 use crate::material::{Material, Past};
 use crate::tensor::cofactor;
 
+use super::Term;
 use super::View;
 use super::body::Body;
 use super::stabilisation::Kept;
@@ -74,7 +75,14 @@ impl<const D: usize> Body<D> {
                 self.material.remember(&at_rest, recall.at(point), &mut memory[..each]);
             }
         }
-        self.remember_volumes(recall, |point| self.table.at_rest(point), condensed, memory);
+        // So is the projected volume.
+        let mut projected = condensed.to_vec();
+        for cluster in 0..self.table.clusters().count() {
+            let theta = self.unknowns(cluster).start;
+            let measure = |point| self.measure.of(self.table.at_rest(point).determinant()).value;
+            self.project(cluster, measure, &mut projected[theta..theta + self.functions]);
+        }
+        self.remember_volumes(recall, |point| self.table.at_rest(point), &projected, memory);
     }
 
     /// Writes what is remembered of the pointwise part of the volumetric energy, at deformation gradients.

@@ -176,6 +176,28 @@ fn what_is_held_while_it_expands_relaxes_from_the_start() {
     }
 }
 
+/// The pressure of rubber that is held while it expands, which relaxes nowhere, is there from the start, whatever part of it stays pointwise.
+#[test]
+fn pressures_of_what_is_held_while_it_expands_stay() {
+    let soft = Rubber::neo_hookean(A10, 20.0).unwrap();
+    let law = Viscoelastic::new(soft.clone(), Prony::of_instantaneous(pairs(3)).unwrap());
+    let scheme = Scheme::default().particles([5]).stepping(Stepping::equal(4));
+    let block = Block::new([0.0, 0.0], [1.0, 1.0]);
+    let scene = Scene::new(block, PlaneStrain, law).hold(Part::Whole).with_expansion(1.05).over_time(2.0);
+    let problem = scene.discretize(&scheme).unwrap();
+    assert_ne!(problem.body().field(), PressureField::Displacement);
+    let path = problem.run().unwrap().completed().unwrap();
+    // No step before time passes.
+    assert!(path.steps[0].state.load > 0.0);
+    // Cauchy: U'(J) of the elastic part.
+    let pressure = soft.volumetric().unwrap().evaluate(1.05f64.powi(-3)).slope;
+    for step in &path.steps {
+        for stress in problem.stresses(&step.state).unwrap() {
+            assert_relative_eq!(stress[(0, 0)], pressure, max_relative = 1e-8);
+        }
+    }
+}
+
 /// Rubber that was stretched before it was built in is softened by that.
 #[test]
 fn what_was_stretched_before_is_softened() {
