@@ -145,7 +145,7 @@ impl Constraints {
     /// Adds a constraint equation unchanged.
     ///
     /// # Errors
-    /// Where a number is not finite or the constraint equation has no entry.
+    /// Where a number is not finite, the constraint equation has no entry or its amplitude is no table.
     pub fn push(&mut self, equation: ConstraintEquation) -> Result<(), BoundaryError> {
         if let Some(&(_, value)) = equation.entries.iter().find(|(_, c)| !c.is_finite()) {
             return Err(BoundaryError::Value { what: equation.label, value, load: 1.0 });
@@ -154,6 +154,7 @@ impl Constraints {
             equation.target.is_finite(),
             BoundaryError::Value { what: equation.label, value: equation.target, load: 1.0 }
         );
+        equation.amplitude.validate(|| equation.label.clone())?;
         for load in [0.0, 1.0] {
             let value = equation.target * equation.amplitude.value(load);
             ensure!(value.is_finite(), BoundaryError::Value { what: equation.label, value, load });

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::each::Each;
-use crate::error::BoundaryError;
+use crate::error::{BoundaryError, Invalid, SolveError};
 
 /// The factor of a load as a function of the load factor $\lambda$.
 #[derive(Clone, Default)]
@@ -66,18 +66,33 @@ impl Amplitude {
     /// # Errors
     /// As [`table`](Amplitude::table).
     pub(crate) fn validate(&self, of: impl FnOnce() -> String) -> Result<(), BoundaryError> {
-        let Amplitude::Table(pairs) = self else { return Ok(()) };
-        let wrong = |what| Err(BoundaryError::Amplitude { of: of(), what });
+        match self.fault() {
+            Some((what, _)) => Err(BoundaryError::Amplitude { of: of(), what }),
+            None => Ok(()),
+        }
+    }
+
+    /// The same for integrands.
+    ///
+    /// # Errors
+    /// As [`table`](Amplitude::table).
+    pub(crate) fn validate_of(&self, load: &str) -> Result<(), SolveError> {
+        let Some((what, value)) = self.fault() else { return Ok(()) };
+        let needed = "give at least two (load factor, value) pairs with growing, finite load factors";
+        Err(Invalid::new(format!("amplitude table of {load}, where {what}"), value, needed).into())
+    }
+
+    /// What is wrong with a table, and the number that is.
+    fn fault(&self) -> Option<(&'static str, f64)> {
+        let Amplitude::Table(pairs) = self else { return None };
         if pairs.len() < 2 {
-            return wrong("fewer than two pairs");
+            return Some(("fewer than two pairs are given", pairs.len() as f64));
         }
-        if pairs.iter().any(|(l, v)| !l.is_finite() || !v.is_finite()) {
-            return wrong("a number is not finite");
+        if let Some(number) = pairs.iter().flat_map(|&(l, v)| [l, v]).find(|number| !number.is_finite()) {
+            return Some(("a number is not finite", number));
         }
-        if pairs.windows(2).any(|w| w[1].0 <= w[0].0) {
-            return wrong("the load factors do not rise");
-        }
-        Ok(())
+        let back = pairs.windows(2).find(|w| w[1].0 <= w[0].0);
+        back.map(|w| ("the load factors do not rise", w[1].0))
     }
 
     /// The load factors inside $(0, 1)$ at which the slope of a table may change, rising.

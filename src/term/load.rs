@@ -36,6 +36,10 @@ impl Integrand for DeadLoad {
     fn amplitudes(&self, _: &Vec3) -> Vec<Amplitude> {
         vec![self.amplitude.clone()]
     }
+
+    fn validate(&self) -> Result<(), SolveError> {
+        self.amplitude.validate_of("a dead load")
+    }
 }
 
 /// A pressure that follows the surface: traction $-p\\,a(\lambda)\operatorname{cof}(F)N$ per reference
@@ -86,6 +90,10 @@ impl Integrand for FollowerPressure {
 
     fn needs_normals(&self) -> bool {
         true
+    }
+
+    fn validate(&self) -> Result<(), SolveError> {
+        self.amplitude.validate_of("a pressure")
     }
 }
 

@@ -1002,8 +1002,25 @@ fn amplitudes() {
 
 #[test]
 fn amplitudes_put_together_without_the_check() {
-    // The scene must look at them again.
-    for bad in [vec![], vec![(0.0, 0.0), (1.0, NAN)], vec![(1.0, 0.0), (0.0, 1.0)]] {
+    let lattice = Block::new([0.0, 0.0], [2.0, 1.0]).lattice([5, 4]).unwrap();
+    let functions = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let face = lattice.boundary(&Side::Max.into(), 1, 2).unwrap().points;
+    let table = ShapeTable::new(&functions, &face, &PlaneStrain).unwrap();
+    // The scene must look at them again, and so must models put together by hand.
+    for bad in [vec![], vec![(0.0, 0.0), (0.5, NAN), (1.0, 1.0)], vec![(1.0, 0.0), (0.0, 1.0)]] {
+        let amplitude = Amplitude::Table(bad.clone());
+        let dead = Pointwise::new(table.clone(), DeadLoad { force: Vector3::x(), amplitude: amplitude.clone() });
+        let pressure = Pointwise::new(table.clone(), FollowerPressure { pressure: 0.1, amplitude: amplitude.clone() });
+        for error in [dead.validate().unwrap_err(), pressure.validate().unwrap_err()] {
+            refused!(error, SolveError::Invalid(_), ["amplitude table of", "at least two"]);
+        }
+        let mut equations = Constraints::default();
+        let error = equations.at_particles(&functions, &[0], 0, &|_| 0.1, &amplitude, "pulled").unwrap_err();
+        refused!(
+            error,
+            Error::Boundary(BoundaryError::Amplitude { .. }),
+            ["amplitude table of pulled", "at least two"]
+        );
         for scene in [
             sound().with(Load::pressure((1, Side::Max), 0.1).amplitude(Amplitude::Table(bad.clone()))),
             sound().with(Condition::on((1, Side::Max)).component(1, 0.1).amplitude(Amplitude::Table(bad.clone()))),
