@@ -61,8 +61,14 @@ impl System {
         }
     }
 
-    /// $y \mathrel{+}= N x$, the skew part and the coupling alone.
+    /// $y \mathrel{+}= N x$, the skew part and the coupling alone; NaN for vectors that are too short.
     pub fn skew_multiply_add(&self, x: &[f64], y: &mut [f64]) {
+        let skew = self.skew.iter().flat_map(|entry| [entry.0, entry.1]);
+        let coupled = self.coupling.iter().flat_map(|Coupling { left, right }| left.iter().chain(right).map(|e| e.0));
+        if skew.chain(coupled).any(|unknown| unknown as usize >= x.len().min(y.len())) {
+            y.fill(f64::NAN);
+            return;
+        }
         for &(row, column, value) in &self.skew {
             y[row as usize] += value * x[column as usize];
             y[column as usize] -= value * x[row as usize];

@@ -166,7 +166,7 @@ impl Constraints {
         Ok(())
     }
 
-    /// Writes $g\\,a(\lambda) - Gd$, one entry per constraint equation.
+    /// Writes $g\\,a(\lambda) - Gd$, one entry per constraint equation; NaN where the displacement is too short.
     pub fn violation(&self, displacement: &[f64], load: f64, violation: &mut Vec<f64>) {
         violation.clear();
         violation.extend(

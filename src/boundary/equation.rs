@@ -20,9 +20,9 @@ pub struct ConstraintEquation {
 }
 
 impl ConstraintEquation {
-    /// $\sum_k c_k d_k$.
+    /// $\sum_k c_k d_k$; NaN where the displacement is too short.
     pub(crate) fn value(&self, displacement: &[f64]) -> f64 {
-        self.entries.summed(|&(k, c)| c * displacement[k])
+        self.entries.summed(|&(k, c)| c * displacement.get(k).copied().unwrap_or(f64::NAN))
     }
 
     /// $\max_k |c_k|$.

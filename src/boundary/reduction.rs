@@ -137,10 +137,15 @@ impl Reduction {
         self.blocks.iter_mut().for_each(|block| block.renumber(&new, &places));
     }
 
-    /// Writes the values of the reduced matrix from the symmetric part of the full one, which may be gone later on.
+    /// Writes the values of the reduced matrix from the symmetric part of the full one, which may be gone later on; NaN where that has
+    /// other entries than the pattern.
     pub fn reduce(&mut self, full: &System, values: &mut Vec<f64>) {
         values.clear();
         values.resize(self.pattern.entries(), 0.0);
+        if full.values.len() != self.destinations.len() {
+            values.fill(f64::NAN);
+            return;
+        }
         for (value, &place) in full.values.iter().zip(&self.destinations) {
             if place != u32::MAX {
                 values[place as usize] += value;

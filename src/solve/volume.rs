@@ -105,7 +105,9 @@ impl<const D: usize> Functional for EnclosedVolume<D> {
                             sum += slope[4 * k] * gradients[D * n + a];
                         }
                     }
-                    out[node as usize * D + i] += weight * sum;
+                    if let Some(out) = out.get_mut(node as usize * D + i) {
+                        *out += weight * sum;
+                    }
                 }
             }
         }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use approx::assert_abs_diff_eq;
 use rkpm::assembly::{Pattern, StateRef, System};
+use rkpm::boundary::{Enforcement, MixedTransformation, Reduction};
 use rkpm::cells::{BoundaryCells, Cells, Refined, Scatter, Smoothing, Triangulation, Voronoi, Zones};
 use rkpm::check;
 use rkpm::contact::{Nearest, Surface};
@@ -13,6 +14,7 @@ use rkpm::material::{Mullins, Past, Prony, Response, Viscoelastic, VolumetricEne
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
 use rkpm::scene::ConstraintKind;
+use rkpm::solve::{EnclosedVolume, Functional};
 use rkpm::term::{Coupling, Element, TermState, TermStep, View};
 
 fn lattice() -> Lattice<2> {
@@ -431,6 +433,42 @@ fn patterns_and_lattices_asked_for_what_is_not_there() {
     let (region, evenly) = (Region::new(square).unwrap(), |_: &Point<2>| 0.25);
     let triangles = Triangulation::scattered(&region, evenly, &Scatter::default()).unwrap();
     assert!(refined.local_spacing(1000).is_nan() && triangles.local_spacing(1000).is_nan());
+}
+
+#[test]
+fn equations_and_functionals_asked_for_vectors_of_others() {
+    let mut equations = Constraints::default();
+    equations.at_particles(&functions(), &[19], 0, &|_| 0.1, &Amplitude::Ramp, "u").unwrap();
+    let mut off = Vec::new();
+    equations.violation(&[0.0; 40], 1.0, &mut off);
+    assert_eq!(off, [0.1]);
+    equations.violation(&[0.0; 3], 1.0, &mut off);
+    assert!(off[0].is_nan());
+
+    let coupling = vec![Coupling { left: vec![(1, 1.0)], right: vec![(2, 1.0)] }];
+    for system in [System { skew: vec![(2, 0, 1.0)], ..System::default() }, System { coupling, ..System::default() }] {
+        for (x, y) in [(3, 3), (2, 3), (3, 2)] {
+            let (given, mut y) = (vec![1.0; x], vec![0.0; y]);
+            system.skew_multiply_add(&given, &mut y);
+            assert!(y.iter().all(|y| y.is_nan()) == (x.min(y.len()) < 3));
+        }
+    }
+
+    let pattern = Pattern::from_columns((0..40).map(|column| (column..40).collect()).collect());
+    let enforced = MixedTransformation::default().bind(&pattern, &equations).unwrap();
+    let mut reduction = Reduction::new(enforced, &pattern, &equations).unwrap();
+    for (entries, fits) in [(pattern.entries(), true), (3, false), (0, false)] {
+        let mut values = Vec::new();
+        reduction.reduce(&System { values: vec![1.0; entries], ..System::default() }, &mut values);
+        assert!(!values.is_empty() && values.iter().all(|value| value.is_finite() == fits));
+    }
+
+    let face = lattice().boundary(&Side::Max.into(), 1, 2).unwrap().points;
+    let volume = EnclosedVolume::new(ShapeTable::new(&functions(), &face, &PlaneStrain).unwrap()).unwrap();
+    let (mut whole, mut short) = (vec![0.0; 40], vec![0.0; 39]);
+    volume.gradient(&[0.0; 40], &mut whole);
+    volume.gradient(&[0.0; 40], &mut short);
+    assert!(short == whole[..39] && whole[38] != 0.0);
 }
 
 #[test]
