@@ -134,7 +134,8 @@ pub trait Term: Send + Sync {
         0.0
     }
 
-    /// Writes the internal variables at a converged state, from what they were when the step to that state began.
+    /// Writes the internal variables at a converged state, from what they were when the step to that state began. With them, and no time
+    /// elapsed, the forces at the state are to be what they were: reactions are taken from them.
     fn update(&self, _view: View<'_>, _next: &mut [f64]) {}
 
     /// Squares of the error that a step of time has left in the stress, and of the stress, summed over the term: from `before`, the internal

@@ -319,8 +319,17 @@ fn a_users_integrand_joins_the_terms_of_a_scene() {
     assert!(own.0[0] < 0.8 * free.0[0] && own.0[0] > 0.0, "{} {}", own.0[0], free.0[0]);
 }
 
-/// c ḋ on the first node, which remembers where that was.
+/// c ḋ on the first node, which remembers where that was, and its force.
 struct Dashpot(f64);
+
+impl Dashpot {
+    fn force(&self, view: View<'_>) -> f64 {
+        match view.elapsed > 0.0 {
+            true => self.0 * (view.displacement[0] - view.history[0]) / view.elapsed,
+            false => view.history[1],
+        }
+    }
+}
 
 impl Term for Dashpot {
     fn dim(&self) -> usize {
@@ -332,20 +341,18 @@ impl Term for Dashpot {
     }
 
     fn layout(&self) -> Layout {
-        Layout { history: 1, timed: true, ..Layout::default() }
+        Layout { history: 2, timed: true, ..Layout::default() }
     }
 
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
-        // Nothing moves at load factor 0, where no time has passed.
-        let damping = if view.elapsed > 0.0 { self.0 / view.elapsed } else { 0.0 };
-        out.residual[0] = damping * (view.displacement[0] - view.history[0]);
-        if out.with_matrix {
-            out.matrix[0] = damping;
+        out.residual[0] = self.force(view);
+        if out.with_matrix && view.elapsed > 0.0 {
+            out.matrix[0] = self.0 / view.elapsed;
         }
     }
 
     fn update(&self, view: View<'_>, next: &mut [f64]) {
-        next[0] = view.displacement[0];
+        next.copy_from_slice(&[view.displacement[0], self.force(view)]);
     }
 }
 
