@@ -458,6 +458,30 @@ fn functions_that_are_not_finite() {
 }
 
 #[test]
+fn sheets_whose_thickness_is_a_hoop() {
+    /// A sheet whose thickness would be a hoop too.
+    struct Thin;
+    impl Kinematics<2> for Thin {
+        fn hoop_components(&self) -> &'static [usize] {
+            &[2]
+        }
+        fn measure(&self, at: &Point<2>) -> f64 {
+            at[0]
+        }
+        fn is_plane_stress(&self) -> bool {
+            true
+        }
+    }
+    let lattice = Block::new([1.0, 0.0], [2.0, 1.0]).lattice([4, 4]).unwrap();
+    let functions = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let points = lattice.gauss(2).unwrap();
+    let scene = Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), Thin, rubber()).hold(Side::Min);
+    for error in [ShapeTable::new(&functions, &points, &Thin).unwrap_err(), refusal(&scene, &coarse())] {
+        refused!(error, Error::Geometry(GeometryError::Count { .. }), ["entry of F", "is_plane_stress"]);
+    }
+}
+
+#[test]
 fn kinematics_that_measure_nothing() {
     /// A thickness and hoops of one's own.
     struct Own(fn(&Point<2>) -> f64, &'static [usize]);
@@ -531,23 +555,6 @@ fn kinematics_that_measure_nothing() {
     let line = ReproducingKernel::new(bar.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
     let error = ShapeTable::smoothed(&line, &bar.smoothing(2, 1, &bar.zones(1)).unwrap(), &Bulging).unwrap_err();
     refused!(error, Error::Geometry(GeometryError::Kinematics { .. }), ["proportional to R", "at X = [1.0625]"]);
-    /// A sheet whose thickness would be a hoop too.
-    struct Thin;
-    impl Kinematics<2> for Thin {
-        fn hoop_components(&self) -> &'static [usize] {
-            &[2]
-        }
-        fn measure(&self, at: &Point<2>) -> f64 {
-            at[0]
-        }
-        fn is_plane_stress(&self) -> bool {
-            true
-        }
-    }
-    let scene = Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), Thin, rubber()).hold(Side::Min);
-    for error in [ShapeTable::new(&functions, &points, &Thin).unwrap_err(), refusal(&scene, &coarse())] {
-        refused!(error, Error::Geometry(GeometryError::Count { .. }), ["entry of F", "is_plane_stress"]);
-    }
     for hoops in [&[2usize, 2] as &[usize], &[1], &[3]] {
         let own = || Own(|_| 1.0, hoops);
         let scene = Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), own(), rubber()).hold(Side::Min);

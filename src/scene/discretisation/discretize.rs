@@ -25,6 +25,7 @@ use super::conditions::{Refused, particle_at};
 use super::contact::{contact_definition, hold_free, rigid_dof_count};
 use super::discrete_body::DiscreteBody;
 use super::elements::elements;
+use super::frame::RigidFrame;
 use super::neutral::hold_rolling;
 use super::one_body::{BodyInput, BuiltBody};
 use super::particles::particles;
@@ -244,28 +245,9 @@ fn finish<const D: usize>(
     }
     let bonded = bond_all(scene, all, &discrete_bodies, &rules, &mut equations, &mut placed)?;
     let mut frames = rigid::frames(scene, all, (&ties, &led), &mut equations, &mut placed, &mut positions)?;
-    scene.clock.as_ref().map_or(Ok(()), validate_clock)?;
-    let mut model = Model::new(&all_padded::<3, D>(&positions));
-    model.set_clock(scene.clock.clone());
-    if let Some(ranks) = sharing.ranks() {
-        model.share(ranks);
-    }
-    discrete_bodies.iter().for_each(|own| _ = model.add_shared(own.body.clone()));
+    let mut model = model_of(scene, &positions, &discrete_bodies, sharing)?;
     let loads = sharing.agreed(add_loads(scene, tables, &discrete_bodies, sharing, &mut model))?;
-    let modulus =
-        |discrete_body: &DiscreteBody<D>| discrete_body.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
-    let shear = |discrete_body: &DiscreteBody<D>| discrete_body.body.material().initial_moduli().shear;
-    let turned = scene.kinematics.hoop_components().is_empty();
-    for frame in frames.iter_mut().filter(|_| turned) {
-        frame.rigidity = Some(model.terms().len());
-        let rigidity = frame.stay(discrete_bodies.largest(modulus), discrete_bodies.largest(shear));
-        model.add_replicated(Arc::new(rigidity));
-    }
-    for load in &scene.loads {
-        if let Some((number, point)) = scene.rigid_at(&scene.resolve(&load.place)) {
-            frames[number].load(&mut model, load, point, !turned)?;
-        }
-    }
+    add_frames(scene, &discrete_bodies, &mut frames, &mut model)?;
     let parts = ProblemView::of(&model, &equations, &discrete_bodies, &frames);
     let free = free_nodes(scene, &parts, particles, krylov.is_some())?;
     rigid::held(scene, &frames, &free)?;
@@ -340,6 +322,47 @@ fn analysis_of(scheme: &Scheme, transformable: bool, krylov: Option<Krylov>) -> 
     analysis.newton = scheme.newton;
     analysis.stepping = scheme.stepping;
     Ok(analysis)
+}
+
+/// A model of the bodies, with the clock of the scene.
+fn model_of<const D: usize>(
+    scene: &Scene<D>,
+    positions: &[Point<3>],
+    discrete_bodies: &[DiscreteBody<D>],
+    sharing: &Sharing,
+) -> Result<Model, Error> {
+    scene.clock.as_ref().map_or(Ok(()), validate_clock)?;
+    let mut model = Model::new(&all_padded::<3, D>(positions));
+    model.set_clock(scene.clock.clone());
+    if let Some(ranks) = sharing.ranks() {
+        model.share(ranks);
+    }
+    discrete_bodies.iter().for_each(|own| _ = model.add_shared(own.body.clone()));
+    Ok(model)
+}
+
+/// Adds what keeps the shapes of rigid bodies, and the loads on them.
+fn add_frames<const D: usize>(
+    scene: &Scene<D>,
+    discrete_bodies: &[DiscreteBody<D>],
+    frames: &mut [RigidFrame],
+    model: &mut Model,
+) -> Result<(), Error> {
+    let modulus =
+        |discrete_body: &DiscreteBody<D>| discrete_body.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
+    let shear = |discrete_body: &DiscreteBody<D>| discrete_body.body.material().initial_moduli().shear;
+    let turned = scene.kinematics.hoop_components().is_empty();
+    for frame in frames.iter_mut().filter(|_| turned) {
+        frame.rigidity = Some(model.terms().len());
+        let rigidity = frame.stay(discrete_bodies.largest(modulus), discrete_bodies.largest(shear));
+        model.add_replicated(Arc::new(rigidity));
+    }
+    for load in &scene.loads {
+        if let Some((number, point)) = scene.rigid_at(&scene.resolve(&load.place)) {
+            frames[number].load(model, load, point, !turned)?;
+        }
+    }
+    Ok(())
 }
 
 /// Refuses a clock of the scene that is not finite or falls.

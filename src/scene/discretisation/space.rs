@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::assembly::{Model, Pattern};
-use crate::boundary::Constraints;
+use crate::boundary::{ConstraintEquation, Constraints};
 use crate::cells::{Cells, Lattice, Layout};
 use crate::contact::Obstacle;
 use crate::each::{Each, array_of, point_of};
@@ -245,11 +245,10 @@ pub(crate) fn krylov<const D: usize>(
         return refused("pressures that are not projected on zones of cells", "take the default rule and pressures");
     };
     let mut model = Model::new(cells.positions());
-    model.set_clock(scene.clock.clone());
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
     }
-    model.add(elements.apart());
+    model.set_clock(scene.clock.clone()).add(elements.apart());
     let mut at = Points::empty();
     let own = Auxiliary::share(sharing.ranks().as_deref(), cells.positions().len());
     for position in &cells.positions()[own] {
@@ -265,11 +264,11 @@ pub(crate) fn krylov<const D: usize>(
         values.0.push(values.1.len());
     }
     // Rows that move one component of particles in a neighbourhood; ties and motions of whole bodies hold none.
-    let held = equations.equations().iter().filter(|equation| {
+    let holds = |equation: &&ConstraintEquation| {
         let sum: f64 = equation.entries.summed(|e| e.1);
         sum.abs() > 0.5 * equation.measure() && equation.entries.iter().all(|e| e.0 % D == equation.dependent % D)
-    });
-    let held = held.map(|equation| equation.dependent).collect();
+    };
+    let held = equations.equations().iter().filter(holds).map(|equation| equation.dependent).collect();
     let auxiliary = Auxiliary { model: Arc::new(model), term: 0, values, places, cells: along, held };
     let mut krylov = Krylov::new(auxiliary);
     krylov.replaceable = !requested && factors_fit(scheme, size);
