@@ -238,8 +238,8 @@ pub(crate) fn krylov<const D: usize>(
         Some(lattice) => elements_of(scene, scheme, (cells, lattice), body, sharing)?,
         None => {
             let stretch = |x: &Point<D>| scene.expansion.as_ref().map_or(1.0, |stretch| stretch.at(x, 1.0));
-            let table = linear_fits(body.table(), cells.positions(), &*scene.kinematics, &stretch)?;
-            Some(body.over(expanding(scene, table)?))
+            let fitted = linear_fits(body.table(), cells.positions(), &*scene.kinematics, &stretch)?;
+            Some(body.over(expanding(scene, fitted)?))
         }
     }) else {
         return refused("pressures that are not projected on zones of cells", "take the default rule and pressures");
@@ -251,11 +251,10 @@ pub(crate) fn krylov<const D: usize>(
     model.set_clock(scene.clock.clone()).add(elements.apart());
     let mut at = Points::empty();
     let own = Auxiliary::share(sharing.ranks().as_deref(), cells.positions().len());
-    for position in &cells.positions()[own] {
-        at.positions.push(*position);
-        at.weights.push(1.0);
+    cells.positions()[own].iter().for_each(|position| {
+        at.push(*position, 1.0);
         at.close_group();
-    }
+    });
     let table = ShapeTable::new(approximation, &at, &Unmeasured)?;
     let mut values = (vec![0], Vec::new(), Vec::new());
     for point in 0..table.point_count() {
