@@ -63,17 +63,19 @@ impl System {
 
     /// $y \mathrel{+}= N x$, the skew part and the coupling alone; NaN for vectors that are too short.
     pub fn skew_multiply_add(&self, x: &[f64], y: &mut [f64]) {
-        let skew = self.skew.iter().flat_map(|entry| [entry.0, entry.1]);
-        let coupled = self.coupling.iter().flat_map(|Coupling { left, right }| left.iter().chain(right).map(|e| e.0));
-        if skew.chain(coupled).any(|unknown| unknown as usize >= x.len().min(y.len())) {
-            y.fill(f64::NAN);
-            return;
-        }
+        let size = x.len().min(y.len());
         for &(row, column, value) in &self.skew {
-            y[row as usize] += value * x[column as usize];
-            y[column as usize] -= value * x[row as usize];
+            let (row, column) = (row as usize, column as usize);
+            if row.max(column) >= size {
+                return y.fill(f64::NAN);
+            }
+            y[row] += value * x[column];
+            y[column] -= value * x[row];
         }
         for Coupling { left, right } in &self.coupling {
+            if left.iter().chain(right).any(|entry| entry.0 as usize >= size) {
+                return y.fill(f64::NAN);
+            }
             let factor = right.summed(|&(k, value)| value * x[k as usize]);
             left.iter().for_each(|&(k, value)| y[k as usize] += factor * value);
         }
