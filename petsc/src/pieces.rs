@@ -116,7 +116,7 @@ fn sources_of(pieces: &[Piece], term: usize, own: &TermOwnership) -> Result<[Vec
     }
     let common = pieces.iter().position(|piece| piece.ownership.terms[term].common == own.common);
     let Some(common) = common else {
-        return refused(format!("the material of body {term} remembers otherwise here"));
+        return refused(format!("term {term} of the model has other numbers of unknowns here"));
     };
     let [mut unknowns, mut memory] = own.common.map(|count| vec![(common, 0, count)]);
     for (key, lengths) in own.keys.iter().zip(own.unknowns.iter().zip(&own.internal_variables)) {

@@ -1,9 +1,9 @@
 //! Models: terms over one set of nodes, their forces and condensed unknowns.
 
-use crate::each::Each;
 use std::sync::Arc;
 
-use crate::error::SolveError;
+use crate::each::{Each, list_of};
+use crate::error::{BoundaryError, SolveError};
 use crate::geometry::{Morton, Point};
 use crate::term::{Amplitude, Product, Term, TermState, View, Zone};
 
@@ -66,9 +66,25 @@ impl Model {
 
     /// Gives the model a clock: time as a function of the load factor, not falling. Laws that relax do so by it; without one every step is
     /// sudden.
-    pub fn set_clock(&mut self, clock: Option<Amplitude>) -> &mut Self {
+    ///
+    /// # Errors
+    /// [`BoundaryError::Amplitude`] for a time that is not finite or falls.
+    pub fn set_clock(&mut self, clock: Option<Amplitude>) -> Result<&mut Self, BoundaryError> {
+        const LOOKS: usize = 64;
+        if let Some(clock) = &clock {
+            let of = || "the clock".to_string();
+            clock.validate(of)?;
+            let times: Vec<f64> = match clock {
+                Amplitude::Table(pairs) => pairs.mapped(|pair| pair.1),
+                _ => list_of(LOOKS + 1, |k| clock.value(k as f64 / LOOKS as f64)),
+            };
+            ensure!(
+                times.iter().all(|time| time.is_finite()) && times.is_sorted(),
+                BoundaryError::Amplitude { of: of(), what: "the time is not finite, or falls" }
+            );
+        }
         self.clock = clock;
-        self
+        Ok(self)
     }
 
     /// Whether it takes time.

@@ -160,8 +160,8 @@ impl PairContact {
         all.map(|(k, value)| (k as u32, *value)).collect()
     }
 
-    /// Writes the increments of the condensed unknowns of a trace function for a step that moves the points and changes the load factor; the largest part of the step that
-    /// is admissible.
+    /// Writes the increments of the condensed unknowns of a trace function for a step that moves the points and changes the load factor; the
+    /// largest part of the step that is admissible.
     fn advance_trace(
         &self,
         trace: usize,

@@ -33,7 +33,6 @@
 //! # Ok::<(), rkpm::Error>(())
 //! ```
 
-use crate::term::TermState;
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufRead, BufReader, Seek, SeekFrom, Write};
 use std::ops::ControlFlow;
@@ -88,10 +87,7 @@ impl Line<'_> {
             Line::Step(step) => &step.state,
             Line::End { .. } => return Ok(()),
         };
-        let State { displacement, terms, multipliers, load, .. } = state;
-        let own = terms.iter().flat_map(TermState::numbers);
-        let mut all = displacement.iter().chain(own).chain(multipliers).chain([load]);
-        match all.find(|number| !number.is_finite()) {
+        match state.numbers().find(|number| !number.is_finite()) {
             None => Ok(()),
             Some(number) => Err(std::io::Error::new(
                 std::io::ErrorKind::InvalidInput,

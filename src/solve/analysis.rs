@@ -4,7 +4,6 @@ use crate::assembly::Model;
 use crate::boundary::{Constraints, Enforcement, MixedTransformation, Reduction, check_unknowns};
 use crate::error::{Cause, Error, Incompatible, Invalid, LinearError, SolveError};
 use crate::linear::{Direct, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
-use crate::term::TermState;
 
 use super::equilibrium::Equilibrium;
 use super::path::EquilibriumPath;
@@ -163,9 +162,7 @@ impl Analysis {
 /// Refuses states of the wrong size, inverted ones, and numbers that are not finite.
 fn check_state(model: &Model, equations: &Constraints, state: &State) -> Result<(), Error> {
     state.check_lengths(model, equations)?;
-    let numbers =
-        state.displacement.iter().chain(state.terms.iter().flat_map(TermState::numbers)).chain(&state.multipliers);
-    if let Some(&value) = numbers.chain([&state.load]).find(|v| !v.is_finite()) {
+    if let Some(&value) = state.numbers().find(|v| !v.is_finite()) {
         return Err(Invalid::new(
             "a number of the first state, or of the last ones of a path",
             value,

@@ -44,6 +44,12 @@ impl State {
         }
     }
 
+    /// All numbers of it.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = &f64> {
+        let of_terms = self.terms.iter().flat_map(TermState::numbers);
+        self.displacement.iter().chain(of_terms).chain(&self.multipliers).chain([&self.load, &self.time])
+    }
+
     /// Refuses a state whose vectors are not as long as a model and its rows need them.
     ///
     /// # Errors

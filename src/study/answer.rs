@@ -91,7 +91,7 @@ pub struct Level {
 }
 
 impl Level {
-    /// What is seen to be wrong with its last state; that a solver does not tell whether it is stable is no sight.
+    /// What is found to be wrong with its last state; that a solver can't tell whether it is stable is no finding.
     fn seen(&self) -> Option<&Doubt> {
         self.doubts.iter().find(|doubt| doubt.cause != DoubtCause::StabilityUnknown)
     }

@@ -5,10 +5,9 @@ use crate::geometry::Mat3;
 use crate::material::{Material, Past};
 use crate::tensor::cofactor;
 
-use super::Term;
-use super::View;
 use super::body::Body;
 use super::stabilisation::Kept;
+use super::{Term, View};
 
 /// What the points of a body remember at the beginning of a step.
 #[derive(Clone, Copy)]

@@ -1039,6 +1039,12 @@ fn amplitudes_put_together_without_the_check() {
             );
         }
     }
+    // So must the clock of a model, which may not fall either.
+    for pairs in [vec![], vec![(0.0, 1.0), (1.0, 0.0)]] {
+        let clock = Some(Amplitude::Table(pairs));
+        let error = Model::new(lattice.positions()).set_clock(clock).map(|_| ()).unwrap_err();
+        refused!(error, BoundaryError::Amplitude { .. }, ["amplitude table of the clock"]);
+    }
 }
 
 #[test]
@@ -1118,8 +1124,12 @@ fn first_guesses() {
     let mut short = rest(&problem);
     short.terms[0].condensed.pop();
     assert!(matches!(run(short).unwrap_err(), Error::Solve(SolveError::OtherModel { what: "condensed unknowns", .. })));
-    // Pressures and multipliers that are no numbers.
-    for spoil in [|s: &mut State| s.terms[0].condensed.fill(NAN), |s: &mut State| s.multipliers[0] = INFINITY] {
+    // Pressures, multipliers and times that are no numbers.
+    for spoil in [
+        |s: &mut State| s.terms[0].condensed.fill(NAN),
+        |s: &mut State| s.multipliers[0] = INFINITY,
+        |s: &mut State| s.time = NAN,
+    ] {
         let mut bad = rest(&problem);
         spoil(&mut bad);
         refused!(run(bad).unwrap_err(), Error::Invalid(_), ["first state", "give finite numbers"]);

@@ -1,6 +1,5 @@
 //! What an iteration needs of a state: elements beside the particles, conditions, and the mass of the pressures.
 
-use crate::term::TermState;
 use std::cell::RefCell;
 use std::sync::Arc;
 
@@ -9,7 +8,7 @@ use nalgebra::Matrix4;
 use crate::assembly::{Assembler, Pattern, Ranks, StateRef, System, release};
 use crate::each::Each;
 use crate::error::LinearError;
-use crate::term::Zone;
+use crate::term::{TermState, Zone};
 
 use super::super::multilevel::{BlockMatrix, Multilevel};
 use super::super::{Direct, LinearSolver, LinearSystem};

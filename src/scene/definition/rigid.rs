@@ -13,7 +13,8 @@ impl<const D: usize> Scene<D> {
     /// prescribes the displacement of all its points, so that it does not turn unless the values say so; one at a point,
     /// `Place::at(x).of("plate")`, leaves it free to turn about that point. What no condition prescribes is free, and follows
     /// from the loads. A condition on the whole body that it is tied to prescribes it as one by the name does; what another one prescribes at a
-    /// particle that is tied, it prescribes of the rigid body there. Between faces that meet at an edge, one of them has the particles of it.
+    /// particle that is tied, it prescribes of the rigid body there. Where a tied face and a face with a condition meet at an edge, one of the
+    /// two has the equations of the particles there.
     /// [`Problem::reaction`](crate::scene::Problem::reaction) and [`Problem::moment`](crate::scene::Problem::moment) by the name are what the body exerts on the parts.
     ///
     /// ```

@@ -31,7 +31,7 @@ pub(crate) struct Placed<const D: usize> {
 }
 
 /// What a condition prescribes at a particle that is tied to a rigid body: it is prescribed of the rigid body there.
-pub(crate) struct Led {
+pub(crate) struct TiedPrescription {
     /// The numbers of the condition and of the rigid body.
     pub condition: usize,
     pub rigid: usize,
@@ -99,7 +99,7 @@ pub(crate) struct Prescribed<const D: usize> {
     pub equations: Constraints,
     pub placed: Vec<Placed<D>>,
     pub ties: Vec<(usize, Range<usize>)>,
-    pub led: Vec<Led>,
+    pub at_ties: Vec<TiedPrescription>,
 }
 
 /// The equations of conditions, and of a displacement that vanishes on parts tied to rigid bodies.
@@ -132,8 +132,8 @@ pub(crate) fn equations<const D: usize>(
         requests.push(own);
     }
     let mut owners = claims.settle((D, &nodes));
-    let (led, particles) = of.led(mine, tied, &requests)?;
-    for (requests, particles) in requests.iter().zip(&particles) {
+    let (at_ties, tied_particles) = of.at_ties(mine, tied, &requests)?;
+    for (requests, particles) in requests.iter().zip(&tied_particles) {
         for piece in requests.iter().filter_map(|request| Some(request.over.as_ref()?.1.clone())).flatten() {
             owners.yielded[piece].extend(particles.iter().map(|&particle| particle as u32));
         }
@@ -146,8 +146,8 @@ pub(crate) fn equations<const D: usize>(
         for request in own {
             let before = equations.mark();
             // A tie holds wherever it is.
-            let (mine, led) = particles.get(number).map_or((&[][..], &none), |led| (mine, led));
-            if let Err(error) = of.add(&mut equations, (mine, led), request, &nodes, &owners.yielded, &mut last) {
+            let (mine, left_out) = tied_particles.get(number).map_or((&[][..], &none), |particles| (mine, particles));
+            if let Err(error) = of.add(&mut equations, (mine, left_out), request, &nodes, &owners.yielded, &mut last) {
                 skip(number, error)?;
                 // Without the rows that were added before it was refused.
                 equations.take_back(before);
@@ -161,7 +161,7 @@ pub(crate) fn equations<const D: usize>(
             ties.push((tied[number - mine.len()].0, own));
         }
     }
-    Ok(Prescribed { equations, placed, ties, led })
+    Ok(Prescribed { equations, placed, ties, at_ties })
 }
 
 /// The outward normals of a part at some of its particles, where a direction asks for them.
@@ -265,7 +265,7 @@ impl<const D: usize> Conditioned<'_, D> {
     fn add(
         &self,
         equations: &mut Constraints,
-        (mine, led): (Numbered<'_, D>, &HashSet<usize>),
+        (mine, left_out): (Numbered<'_, D>, &HashSet<usize>),
         request: &Request<'_, D>,
         nodes: &[Vec3],
         yielded: &[HashSet<u32>],
@@ -274,7 +274,7 @@ impl<const D: usize> Conditioned<'_, D> {
         let single = &request.single;
         equations.add_break_points(single.break_points());
         let Some((pieces, numbers)) = &request.over else {
-            return self.collocate(equations, (mine, led), single);
+            return self.collocate(equations, (mine, left_out), single);
         };
         let yielded = &yielded[numbers.clone()];
         let rebuilt;
@@ -303,7 +303,7 @@ impl<const D: usize> Conditioned<'_, D> {
     fn collocate(
         &self,
         equations: &mut Constraints,
-        (mine, led): (Numbered<'_, D>, &HashSet<usize>),
+        (mine, left_out): (Numbered<'_, D>, &HashSet<usize>),
         single: &Single<'_, D>,
     ) -> Result<(), Error> {
         let (cells, place) = (self.cells, single.place);
@@ -312,7 +312,7 @@ impl<const D: usize> Conditioned<'_, D> {
             return Err(empty(cells, part, single)?);
         }
         stays_off_axis(self.scene, single, cells, &nodes)?;
-        nodes.retain(|node| !led.contains(node));
+        nodes.retain(|node| !left_out.contains(node));
         if self.facets.is_some() {
             nodes = self.not_on_parts(mine, single, nodes)?;
         }
@@ -325,13 +325,13 @@ impl<const D: usize> Conditioned<'_, D> {
 
     /// What conditions prescribe at particles that are tied to rigid bodies, and which particles these are for each condition. Faces
     /// leave it to [`Claims`] whose equation a particle on both has.
-    fn led(
+    fn at_ties(
         &self,
         mine: Numbered<'_, D>,
         tied: Numbered<'_, D>,
         requests: &[Vec<Request<'_, D>>],
-    ) -> Result<(Vec<Led>, Vec<HashSet<usize>>), Error> {
-        let (cells, mut led) = (self.cells, Vec::new());
+    ) -> Result<(Vec<TiedPrescription>, Vec<HashSet<usize>>), Error> {
+        let (cells, mut at_ties) = (self.cells, Vec::new());
         // Places that don't exist are refused with their own condition.
         let of = |place: &Place<D>| particles_of(cells, place, "").unwrap_or_default();
         let ties: Vec<(usize, bool, HashSet<usize>)> =
@@ -351,12 +351,13 @@ impl<const D: usize> Conditioned<'_, D> {
                         let normal = normals.get(number).copied().unwrap_or_else(Point::zeros);
                         let unit = (single.what.along)(&at, &normal)?;
                         let (value, label) = ((single.what.value)(vec![(at, 1.0)]), single.what.label.clone());
-                        led.push(Led { condition: *condition, rigid: *rigid, at, unit, value, label });
+                        let (condition, rigid) = (*condition, *rigid);
+                        at_ties.push(TiedPrescription { condition, rigid, at, unit, value, label });
                     }
                 }
             }
         }
-        Ok((led, particles))
+        Ok((at_ties, particles))
     }
 
     /// The particles of a condition at particles for which conditions on parts that hold them do not say the same: rows over a face know

@@ -10,14 +10,14 @@ use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation, Una
 use crate::cells::member;
 use crate::compiled::compiled;
 use crate::each::{Each, EachOf, IntoEach};
-use crate::error::{BoundaryError, Error, Incompatible};
+use crate::error::{Error, Incompatible};
 use crate::geometry::{Point, all_padded, padded};
 use crate::linear::{Direct, Krylov};
 use crate::material::Material;
 use crate::order;
 use crate::solve::Analysis;
 use crate::table::ShapeTable;
-use crate::term::{Amplitude, FollowerPressure, Integrand, Pointwise};
+use crate::term::{FollowerPressure, Integrand, Pointwise};
 
 use super::body_cells::all_cells;
 use super::bond::bond_all;
@@ -213,7 +213,7 @@ fn finish<const D: usize>(
     }
     let (mut equations, mut placed, mut ties, mut krylov) = (Constraints::default(), Vec::new(), Vec::new(), None);
     let (mut discrete_bodies, mut rules, mut tables) = (Vec::new(), Vec::new(), Vec::new());
-    let mut led = Vec::new();
+    let mut at_ties = Vec::new();
     for BuiltBody {
         discrete_body,
         facets,
@@ -221,7 +221,7 @@ fn finish<const D: usize>(
         placed: mine,
         loads,
         ties: tied,
-        led: mine_led,
+        at_ties: own_at_ties,
         krylov: own_krylov,
     } in built
     {
@@ -238,13 +238,13 @@ fn finish<const D: usize>(
             placed.push(own);
         }
         ties.extend(tied.into_iter().map(|(number, range)| (number, shifted(range, equation))));
-        led.extend(mine_led);
+        at_ties.extend(own_at_ties);
         discrete_bodies.push(discrete_body);
         rules.push(facets);
         tables.extend(loads);
     }
     let bonded = bond_all(scene, all, &discrete_bodies, &rules, &mut equations, &mut placed)?;
-    let mut frames = rigid::frames(scene, all, (&ties, &led), &mut equations, &mut placed, &mut positions)?;
+    let mut frames = rigid::frames(scene, all, (&ties, &at_ties), &mut equations, &mut placed, &mut positions)?;
     let mut model = model_of(scene, &positions, &discrete_bodies, sharing)?;
     let loads = sharing.agreed(add_loads(scene, tables, &discrete_bodies, sharing, &mut model))?;
     add_frames(scene, &discrete_bodies, &mut frames, &mut model)?;
@@ -331,9 +331,8 @@ fn model_of<const D: usize>(
     discrete_bodies: &[DiscreteBody<D>],
     sharing: &Sharing,
 ) -> Result<Model, Error> {
-    scene.clock.as_ref().map_or(Ok(()), validate_clock)?;
     let mut model = Model::new(&all_padded::<3, D>(positions));
-    model.set_clock(scene.clock.clone());
+    model.set_clock(scene.clock.clone())?;
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
     }
@@ -362,21 +361,5 @@ fn add_frames<const D: usize>(
             frames[number].load(model, load, point, !turned)?;
         }
     }
-    Ok(())
-}
-
-/// Refuses a clock of the scene that is not finite or falls.
-fn validate_clock(clock: &Amplitude) -> Result<(), Error> {
-    clock.validate(|| "the clock of the scene".into())?;
-    const LOOKS: usize = 64;
-    let times = (0..=LOOKS).map(|k| clock.value(k as f64 / LOOKS as f64));
-    let times: Vec<f64> = match clock {
-        Amplitude::Table(pairs) => pairs.mapped(|p| p.1),
-        _ => times.collect(),
-    };
-    ensure!(
-        times.iter().all(|t| t.is_finite()) && !times.windows(2).any(|w| w[1] < w[0]),
-        BoundaryError::Amplitude { of: "the clock of the scene".into(), what: "the time is not finite, or falls" }
-    );
     Ok(())
 }

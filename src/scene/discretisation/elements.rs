@@ -69,10 +69,10 @@ pub(crate) fn elements<const D: usize>(
         },
     };
     let loads = load_tables(definition, &elements, &tables)?;
-    let Prescribed { equations, placed, ties, led } = definition.prescribed(&elements, None, refused)?;
+    let Prescribed { equations, placed, ties, at_ties } = definition.prescribed(&elements, None, refused)?;
     let dilations = list_of(cells.positions().len(), |node| cells.local_spacing(node));
     let facets = FacetRule { parts: 1, gauss: points };
     let discrete_body =
         definition.discrete_body(body, Box::new(elements), Facets::OfElements { order, gauss: points }, dilations, 0);
-    Ok(BuiltBody { discrete_body, facets, equations, placed, loads, ties, led, krylov: None })
+    Ok(BuiltBody { discrete_body, facets, equations, placed, loads, ties, at_ties, krylov: None })
 }

@@ -194,7 +194,7 @@ impl RigidFrame {
             for x in &at {
                 let what = &single.what;
                 let unit = (what.along)(x, &Point::zeros())?;
-                self.lead(equations, (x, &unit), (what.value)(vec![(*x, 1.0)]), &what.label)?;
+                self.prescribe_at(equations, (x, &unit), (what.value)(vec![(*x, 1.0)]), &what.label)?;
             }
         }
         Ok(())
@@ -205,7 +205,7 @@ impl RigidFrame {
     ///
     /// # Errors
     /// Where another value follows.
-    pub(crate) fn lead(
+    pub(crate) fn prescribe_at(
         &mut self,
         equations: &mut Constraints,
         (at, unit): (&Vec3, &Vec3),

@@ -14,7 +14,7 @@ use crate::shape::Approximation;
 use crate::table::ShapeTable;
 use crate::term::Body;
 
-use super::conditions::{Conditioned, Led, Placed, Prescribed, Refused, equations};
+use super::conditions::{Conditioned, Placed, Prescribed, Refused, TiedPrescription, equations};
 use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
 use super::sharing::Sharing;
@@ -50,7 +50,7 @@ pub(crate) struct BuiltBody<const D: usize> {
     /// The rows that tie parts to rigid bodies, by the numbers of these.
     pub(crate) ties: Vec<(usize, Range<usize>)>,
     /// What conditions prescribe at particles that are tied to rigid bodies.
-    pub(crate) led: Vec<Led>,
+    pub(crate) at_ties: Vec<TiedPrescription>,
     /// An iterative solver, where one is chosen.
     pub(crate) krylov: Option<Krylov>,
 }

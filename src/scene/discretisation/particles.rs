@@ -35,7 +35,7 @@ pub(crate) fn particles<const D: usize>(
         ConstraintKind::OverBoundary => true,
     };
     let rule = over_boundary.then_some(facets);
-    let Prescribed { equations, placed, ties, led } = definition.prescribed(&approximation, rule, refused)?;
+    let Prescribed { equations, placed, ties, at_ties } = definition.prescribed(&approximation, rule, refused)?;
     // Of clusters that are zones of cells.
     let zones = zone.map(|size| sharing.zones(&**cells, cells.zones(size))).transpose()?;
     if let Some(zones) = &zones {
@@ -67,5 +67,5 @@ pub(crate) fn particles<const D: usize>(
     };
     let discrete_body =
         definition.discrete_body(body, Box::new(approximation), Facets::OfCells(facets), dilations, raised);
-    Ok(BuiltBody { discrete_body, facets, equations, placed, loads, ties, led, krylov })
+    Ok(BuiltBody { discrete_body, facets, equations, placed, loads, ties, at_ties, krylov })
 }

@@ -9,7 +9,7 @@ use crate::geometry::{Bounds, Part, Point, all_padded, padded};
 use crate::mesh::Mesh;
 use crate::quadrature::Points;
 
-use super::conditions::{Led, Placed};
+use super::conditions::{Placed, TiedPrescription};
 use super::frame::{RigidFrame, RigidShape};
 use super::one_body::FINER;
 use crate::scene::{BodyCells, Load, LoadKind, Place, Scene, Source, Spot};
@@ -104,7 +104,7 @@ impl<const D: usize> Scene<D> {
 pub(crate) fn frames<const D: usize>(
     scene: &Scene<D>,
     all: &BodyCells<D>,
-    (ties, led): (&[(usize, Range<usize>)], &[Led]),
+    (ties, at_ties): (&[(usize, Range<usize>)], &[TiedPrescription]),
     equations: &mut Constraints,
     placed: &mut Vec<Placed<D>>,
     positions: &mut Vec<Point<3>>,
@@ -139,14 +139,14 @@ pub(crate) fn frames<const D: usize>(
         }
         frames.push(frame);
     }
-    lead(scene, led, revolved, &mut frames, equations, placed)?;
+    prescribe(scene, at_ties, revolved, &mut frames, equations, placed)?;
     Ok(frames)
 }
 
 /// Adds the rows of conditions on rigid bodies, and on particles that are tied to them.
-fn lead<const D: usize>(
+fn prescribe<const D: usize>(
     scene: &Scene<D>,
-    led: &[Led],
+    at_ties: &[TiedPrescription],
     revolved: bool,
     frames: &mut [RigidFrame],
     equations: &mut Constraints,
@@ -154,14 +154,14 @@ fn lead<const D: usize>(
 ) -> Result<(), Error> {
     let places = scene.conditions.mapped(|condition| scene.resolve(&condition.place));
     let at = places.mapped(|place| scene.rigid_at(place));
-    // A body that is led as a whole has a row of each node.
+    // First what is prescribed of bodies as a whole, which gives an equation for each node.
     let (whole, others): (Vec<usize>, Vec<usize>) =
         (0..places.len()).partition(|&condition| at[condition].is_some_and(|at| at.1.is_none()));
     for number in whole.into_iter().chain(others) {
         let (condition, place) = (&scene.conditions[number], &places[number]);
         for (rigid, frame) in frames.iter_mut().enumerate() {
             let first = equations.len();
-            let tied = || led.iter().filter(|led| led.condition == number && led.rigid == rigid);
+            let tied = || at_ties.iter().filter(|tied| tied.condition == number && tied.rigid == rigid);
             let own = at[number].filter(|at| at.0 == rigid);
             if let Some((_, point)) = own {
                 frame.prescribe(equations, condition, point, revolved)?;
@@ -169,8 +169,8 @@ fn lead<const D: usize>(
                 // What is tied to a body moves with all of it.
                 frame.prescribe(equations, condition, None, revolved)?;
             }
-            for Led { at, unit, value, label, .. } in tied() {
-                frame.lead(equations, (at, unit), value.clone(), label)?;
+            for TiedPrescription { at, unit, value, label, .. } in tied() {
+                frame.prescribe_at(equations, (at, unit), value.clone(), label)?;
             }
             if first < equations.len() || own.is_some() {
                 // By the name of the body results are those of its parts, which carry what its conditions do.

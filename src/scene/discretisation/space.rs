@@ -248,7 +248,7 @@ pub(crate) fn krylov<const D: usize>(
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
     }
-    model.set_clock(scene.clock.clone()).add(elements.apart());
+    model.set_clock(scene.clock.clone())?.add(elements.apart());
     let mut at = Points::empty();
     let own = Auxiliary::share(sharing.ranks().as_deref(), cells.positions().len());
     cells.positions()[own].iter().for_each(|position| {

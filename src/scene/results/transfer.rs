@@ -3,8 +3,7 @@
 use crate::compiled::compiled;
 use crate::each::add;
 use crate::error::{ApproximationError, Error};
-use crate::geometry::Point;
-use crate::geometry::cut;
+use crate::geometry::{Point, cut};
 use crate::linear::vector::{dot, norm};
 use crate::neighbours::BoxTree;
 use crate::scene::Problem;
