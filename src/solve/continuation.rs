@@ -344,12 +344,16 @@ impl<'a, 'o> Continuation<'a, 'o> {
             Ok(_) => {
                 let found = self.attempt(self.state.clone(), Control::Load(self.state.load));
                 // Forces of a body at rest may be rounding.
-                let from = &self.state.displacement;
-                let moves = |to: &State| norm(&to.displacement.paired(from, |to, from| to - from)) > rounding;
-                found.as_ref().is_ok_and(|(_, to)| !moves(to)) || self.take_first(found)
+                found.as_ref().is_ok_and(|(_, to)| !self.has_moved(to)) || self.take_first(found)
             }
             Err(cause) => self.take_first(Err(cause.into())),
         }
+    }
+
+    /// Whether a state lies away from the first one of the path, by more than rounding.
+    pub(super) fn has_moved(&self, state: &State) -> bool {
+        let change: Vec<f64> = state.displacement.paired(&self.path.start.displacement, |to, from| to - from);
+        norm(&change) > self.equilibrium.size(&[])
     }
 
     /// Takes the first state that was found, or ends the run.

@@ -11,7 +11,7 @@ use super::settings::Newton;
 use super::state::State;
 use super::stepping::{FIRST_GRADIENT, StepControl, TOO_LARGE};
 
-/// Part of the load by which the first step goes of a control that leaves the load free, where something may touch.
+/// Part of the load by which the first step goes of a control that leaves the load free, where something may touch or no tangent leads.
 const FIRST_LOAD: f64 = 1.0 / 16.0;
 
 impl<'a, 'o> Continuation<'a, 'o> {
@@ -50,9 +50,11 @@ impl<'a, 'o> Continuation<'a, 'o> {
             }
         }
         let model = self.equilibrium.model;
-        if model.is_unilateral() {
-            // The first arc is as long as a first step of the load leads.
-            return Some((Driver::Arc(Vec::new()), FIRST_LOAD.min(stepping.first)));
+        // The first arc is as long as a first step of the load leads.
+        let by_load = || Some((Driver::Arc(Vec::new()), FIRST_LOAD.min(stepping.first)));
+        let arcs = stepping.control == StepControl::ArcLength;
+        if arcs && (model.is_unilateral() || self.follows_functions()) {
+            return by_load();
         }
         let follows =
             model.terms().iter().map(|term| term.layout()).any(|layout| layout.has_matrix && layout.follows_load);
@@ -70,18 +72,28 @@ impl<'a, 'o> Continuation<'a, 'o> {
             self.equilibrium.iterations = self.path.iterations;
         }
         let rest = 1.0 - self.path.start.load;
-        // Where the tangent is singular (a mechanism stiffened only by its loads) the load is controlled.
-        let Ok(probe) = probe else { return None };
+        // Where the tangent is singular (a mechanism stiffened only by its loads) the load is controlled; so is the first step of arcs
+        // there, and where the load does not act yet.
+        let Ok(probe) = probe else { return if arcs { by_load() } else { None } };
         let gradient = self.equilibrium.model.largest_gradient(&probe) * rest;
-        if stepping.control == StepControl::ArcLength {
+        if arcs {
             let part = stepping.first.min(FIRST_GRADIENT / gradient) * rest;
             let first = part * root_mean_square(&probe);
-            return (first > 0.0 && first.is_finite()).then_some((Driver::Arc(probe), first));
+            return if first > 0.0 && first.is_finite() { Some((Driver::Arc(probe), first)) } else { by_load() };
         }
         if gradient <= TOO_LARGE || !gradient.is_finite() {
             return None;
         }
         self.deflection(&loads, &probe, rest, gradient)
+    }
+
+    /// Whether something follows a function of the load factor: what it does over a step does not follow from its slope at the start, which
+    /// is that of a difference and may well vanish.
+    fn follows_functions(&self) -> bool {
+        let model = self.equilibrium.model;
+        let mut equations = self.equilibrium.equations.equations().iter();
+        equations.any(|equation| equation.amplitude.is_function())
+            || model.terms().iter().flat_map(|term| term.amplitudes()).any(|amplitude| amplitude.is_function())
     }
 
     /// A state a little way along the load, where something may touch: no tangent at a first state tells what will, and a control

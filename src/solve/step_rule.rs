@@ -68,16 +68,20 @@ impl<'a> StepRule<'a> {
         };
         let increment = run.control_state().filter(goes_on).map_or(first, |control_state| control_state.increment);
         let mut rule = StepRule { lead, first, increment, rejected: false, time_factor: None, touching: None };
-        if let (true, Some(step)) = (rule.begins_by_load(), run.path.steps.first()) {
-            // Arcs of contacts begin with a step of the load, and are measured by its length.
-            rule.first = Arc { from: run.path.start.displacement.clone() }.value(&step.state.displacement);
+        let start = &run.path.start.displacement;
+        let moved = run.path.steps.iter().find(|step| run.has_moved(&step.state));
+        if let (Lead::Driver(Driver::Arc(first)), Some(step)) = (lead, moved)
+            && first.is_empty()
+        {
+            // Arcs that begin with steps of the load are measured by the length of the first that moves anything.
+            rule.first = Arc { from: start.clone() }.value(&step.state.displacement);
         }
         rule
     }
 
-    /// Whether the first arc is a step of the load: where something may touch.
-    fn begins_by_load(&self) -> bool {
-        matches!(self.lead, Lead::Driver(Driver::Arc(first)) if first.is_empty())
+    /// Whether the next step of a run by arcs is one of the load: nothing has moved yet, and no tangent tells what will.
+    fn begins_by_load(&self, run: &Continuation<'_, '_>) -> bool {
+        matches!(self.lead, Lead::Driver(Driver::Arc(first)) if first.is_empty()) && !run.has_moved(&run.state)
     }
 
     /// Whether the last target is reached.
@@ -165,16 +169,16 @@ impl<'a> StepRule<'a> {
         });
         let load_ahead = run.previous.as_ref().map_or(0.0, |p| run.state.load + ratio * (run.state.load - p.load));
         let (iterations, state) = match driver {
+            _ if self.begins_by_load(run) => {
+                let load = run.state.load + increment * (1.0 - run.state.load);
+                run.attempt(run.state.clone(), Control::Load(load))?
+            }
             _ if load_ahead >= 1.0 => run.attempt(run.predicted(run.load_ratio(1.0)), Control::Load(1.0))?,
             Driver::Deflection(deflection) => {
                 let target = deflection.value(&run.state.displacement) + increment;
                 let of = |state: &State| deflection.value(&state.displacement);
                 let start = run.predicted_along(ratio, |from, to| of(to) - of(from));
                 run.attempt(start, Control::Functional(deflection, target))?
-            }
-            Driver::Arc(_) if run.previous.is_none() && self.begins_by_load() => {
-                let load = run.state.load + increment * (1.0 - run.state.load);
-                run.attempt(run.state.clone(), Control::Load(load))?
             }
             Driver::Arc(first) => self.attempt_arc(run, first, ratio)?,
         };
@@ -238,9 +242,15 @@ impl<'a> StepRule<'a> {
                 }
             }
             Lead::Driver(driver) => {
-                if run.previous.is_none() && self.begins_by_load() {
-                    self.first = Arc { from: run.state.displacement.clone() }.value(&state.displacement);
-                    self.increment = self.first;
+                if self.begins_by_load(run) {
+                    if run.has_moved(state) {
+                        self.first = Arc { from: run.path.start.displacement.clone() }.value(&state.displacement);
+                        self.increment = self.first;
+                    } else {
+                        // The same part of the load again, or a larger one, in terms of what is left of it.
+                        let growth = if grows { growth } else { 1.0 };
+                        self.increment = (growth * self.increment / (1.0 - self.increment)).min(1.0);
+                    }
                 } else if grows {
                     self.increment *= growth;
                 }

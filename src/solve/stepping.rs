@@ -15,7 +15,8 @@ pub enum StepControl {
     Load,
     /// The arc length over the displacements, $|d - d_n| = \ell$ (root of the mean square of the coefficients):
     /// follows the path through limit points and along falling branches. The first arc is
-    /// [`first`](Stepping::first) of the tangent displacement, or shorter. A path that never comes to load factor 1 ends
+    /// [`first`](Stepping::first) of the tangent displacement, or shorter; where there is none, and where something may touch, it is as long as
+    /// a first step of the load leads. A path that never comes to load factor 1 ends
     /// with its [`steps`](Stepping::steps) or by its observer. Break points of amplitudes are passed wherever an arc
     /// ends.
     ArcLength,
