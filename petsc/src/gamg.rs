@@ -12,7 +12,7 @@ use rkpm::linear::{Inertia, LinearSolver, LinearSystem, MatrixClass};
 use crate::error::PetscError;
 use crate::ffi::{self, PetscInt};
 use crate::session::{Session, check};
-use crate::solver::{Objects, check_length, check_values, index, not_analysed, spread};
+use crate::solver::{Objects, Spread, add, allocate, check_length, check_values, index, not_analysed, spread};
 
 /// Components of a node.
 const BLOCK: usize = 3;
@@ -135,35 +135,6 @@ struct Levels {
     range: [usize; 2],
 }
 
-/// Adds both triangles of a matrix of which a lower one is given.
-fn add(matrix: ffi::Mat, pattern: &Pattern, number: &[PetscInt], values: Option<&[f64]>) -> Result<(), PetscError> {
-    let mut targets = Vec::<PetscInt>::new();
-    let longest = pattern.columns.windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0);
-    let zeros = vec![0.0; longest];
-    for (column, ends) in pattern.columns.windows(2).enumerate() {
-        targets.clear();
-        targets.extend(pattern.rows[ends[0]..ends[1]].iter().map(|&row| number[row as usize]));
-        let given = values.map_or(&zeros[..targets.len()], |values| &values[ends[0]..ends[1]]);
-        let (own, count, below) = (number[column], targets.len() as PetscInt, targets.len() as PetscInt - 1);
-        // SAFETY: indices and values are as long as said and below the size of the matrix (Pattern::validate); the diagonal is
-        // the first of a column.
-        unsafe {
-            check("MatSetValues", {
-                ffi::MatSetValues(matrix, 1, &own, count, targets.as_ptr(), given.as_ptr(), ffi::ADD_VALUES)
-            })?;
-            check("MatSetValues", {
-                let (rows, given) = (targets.as_ptr().add(1), given.as_ptr().add(1));
-                ffi::MatSetValues(matrix, below, rows, 1, &own, given, ffi::ADD_VALUES)
-            })?;
-        }
-    }
-    // SAFETY: the matrix is there.
-    unsafe {
-        check("MatAssemblyBegin", ffi::MatAssemblyBegin(matrix, ffi::MAT_FINAL_ASSEMBLY))?;
-        check("MatAssemblyEnd", ffi::MatAssemblyEnd(matrix, ffi::MAT_FINAL_ASSEMBLY))
-    }
-}
-
 impl Levels {
     fn new(session: &Session, pattern: &Pattern, order: &[usize], nodes: &[Point<3>]) -> Result<Self, PetscError> {
         let size = index("unknowns", pattern.size())?;
@@ -177,19 +148,10 @@ impl Levels {
         let local = index("unknowns", mine)?;
         let mut objects = Objects::empty(session);
         objects.matrix = spread(c"aij", local, size, BLOCK)?;
-        let mut counter = spread(c"preallocator", local, size, BLOCK)?;
         let range = objects.vectors(local, size, BLOCK)?;
+        allocate(objects.matrix, Spread { pattern, number: Some(&number) }, (local, size, BLOCK))?;
         // SAFETY: objects are created before they are used; PETSc copies what it is given.
         unsafe {
-            check("MatSetUp", ffi::MatSetUp(counter))?;
-            let counted = add(counter, pattern, &number, None).and_then(|()| {
-                check(
-                    "MatPreallocatorPreallocate",
-                    ffi::MatPreallocatorPreallocate(counter, ffi::PETSC_TRUE, objects.matrix),
-                )
-            });
-            ffi::MatDestroy(&mut counter);
-            counted?;
             // Rigid motions by the positions, which stand in the vector for a moment.
             let mut array = ptr::null_mut();
             check("VecGetArray", ffi::VecGetArray(objects.rhs, &mut array))?;
@@ -222,7 +184,7 @@ impl Levels {
         // SAFETY: the objects live as long as `self`.
         unsafe {
             check("MatZeroEntries", ffi::MatZeroEntries(matrix))?;
-            add(matrix, &self.pattern, &self.number, Some(values))?;
+            add(matrix, Spread { pattern: &self.pattern, number: Some(&self.number) }, Some(values))?;
             // Afresh each time: a run that is resumed has the same bits as one that was never broken off.
             check("KSPDestroy", ffi::KSPDestroy(&mut self.objects.ksp))?;
             check("KSPCreate", ffi::KSPCreate(ffi::PETSC_COMM_WORLD, &mut self.objects.ksp))?;

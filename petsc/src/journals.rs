@@ -60,28 +60,20 @@ impl Journals {
         let file = Self::file(session, path);
         let own = problem.ownership();
         let recorded = chosen(session, path)?;
-        if recorded == session.count() {
-            if zones(&file)? != own {
-                let what = format!("{} is of another scene, scheme or partition", file.display());
-                return Err(PetscError::Pieces { what }.into());
-            }
-            let mut so_far = Journal::read(&file)?;
-            let common = session.least(so_far.steps.len() as f64) as usize;
-            if so_far.steps.len() > common {
-                so_far.steps.truncate(common);
-                replace(&file, &so_far)?;
-            }
-        } else {
-            let pieces: Outcome<Vec<Piece>> = (0..recorded)
-                .map(|rank| {
-                    let file = name(path, rank, recorded);
-                    let name = file.display().to_string();
-                    Ok(Piece { name, ownership: zones(&file)?, path: Journal::read(&file)? })
-                })
-                .collect();
-            let so_far = composed(&pieces?, &own)?;
-            // Nobody writes before all have read.
-            session.least(0.0);
+        let pieces: Outcome<Vec<Piece>> = (0..recorded)
+            .map(|rank| {
+                let file = name(path, rank, recorded);
+                let name = file.display().to_string();
+                Ok(Piece { name, ownership: zones(&file)?, path: Journal::read(&file)? })
+            })
+            .collect();
+        let pieces = pieces?;
+        let so_far = composed(&pieces, &own)?;
+        // Nobody writes before all have read.
+        session.least(0.0);
+        let steps = so_far.steps.len();
+        let stands = |piece: &Piece| piece.ownership == own && piece.path.steps.len() == steps;
+        if recorded != session.count() || !pieces.get(session.rank()).is_some_and(stands) {
             write_zones(&file, &own)?;
             replace(&file, &so_far)?;
         }

@@ -243,18 +243,38 @@ pub(crate) fn spread(kind: &CStr, local: PetscInt, size: PetscInt, block: usize)
     Ok(matrix)
 }
 
-/// Adds values column by column: the columns of a lower triangle are the rows of the upper one, which PETSc keeps.
-fn add(matrix: ffi::Mat, columns: &[usize], rows: &[u32], values: Option<&[f64]>) -> Result<(), PetscError> {
-    let (mut targets, zeros) = (Vec::<PetscInt>::new(), vec![0.0; longest(columns)]);
+/// The matrix of a pattern on PETSc's side.
+#[derive(Clone, Copy)]
+pub(crate) struct Spread<'a> {
+    pub pattern: &'a Pattern,
+    /// PETSc's number of each unknown, where that is another one. Matrices with numbers of their own keep both triangles, others the upper
+    /// one alone.
+    pub number: Option<&'a [PetscInt]>,
+}
+
+/// Adds values column by column: the columns of the lower triangle that is given are the rows of the upper one.
+pub(crate) fn add(matrix: ffi::Mat, spread: Spread<'_>, values: Option<&[f64]>) -> Result<(), PetscError> {
+    let Spread { pattern: Pattern { columns, rows, .. }, number } = spread;
+    let of = |unknown: usize| number.map_or(unknown as PetscInt, |number| number[unknown]);
+    let longest = columns.windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0);
+    let (mut targets, zeros) = (Vec::<PetscInt>::new(), vec![0.0; longest]);
     for (column, ends) in columns.windows(2).enumerate() {
         targets.clear();
-        targets.extend(rows[ends[0]..ends[1]].iter().map(|&row| row as PetscInt));
+        targets.extend(rows[ends[0]..ends[1]].iter().map(|&row| of(row as usize)));
         let given = values.map_or(&zeros[..targets.len()], |values| &values[ends[0]..ends[1]]);
-        let (row, count) = (column as PetscInt, targets.len() as PetscInt);
+        let (own, count) = (of(column), targets.len() as PetscInt);
         // SAFETY: indices and values are as long as said and below the size of the matrix (Pattern::validate).
         check("MatSetValues", unsafe {
-            ffi::MatSetValues(matrix, 1, &row, count, targets.as_ptr(), given.as_ptr(), ffi::ADD_VALUES)
+            ffi::MatSetValues(matrix, 1, &own, count, targets.as_ptr(), given.as_ptr(), ffi::ADD_VALUES)
         })?;
+        // The diagonal is the first of a column.
+        if let (Some(_), Some(below), Some(given)) = (number, targets.get(1..), given.get(1..)) {
+            let rows = below.len() as PetscInt;
+            // SAFETY: as above.
+            check("MatSetValues", unsafe {
+                ffi::MatSetValues(matrix, rows, below.as_ptr(), 1, &own, given.as_ptr(), ffi::ADD_VALUES)
+            })?;
+        }
     }
     // SAFETY: the matrix is there.
     unsafe {
@@ -263,8 +283,23 @@ fn add(matrix: ffi::Mat, columns: &[usize], rows: &[u32], values: Option<&[f64]>
     }
 }
 
-fn longest(columns: &[usize]) -> usize {
-    columns.windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0)
+/// Gives a matrix room for the pattern of all ranks together, counted by one that holds none.
+pub(crate) fn allocate(
+    matrix: ffi::Mat,
+    given: Spread<'_>,
+    (local, size, block): (PetscInt, PetscInt, usize),
+) -> Result<(), PetscError> {
+    let mut counter = spread(c"preallocator", local, size, block)?;
+    // SAFETY: both matrices are there; the counter is destroyed whatever comes of it.
+    unsafe {
+        let counted =
+            check("MatSetUp", ffi::MatSetUp(counter)).and_then(|()| add(counter, given, None)).and_then(|()| {
+                let filled = ffi::MatPreallocatorPreallocate(counter, ffi::PETSC_TRUE, matrix);
+                check("MatPreallocatorPreallocate", filled)
+            });
+        ffi::MatDestroy(&mut counter);
+        counted
+    }
 }
 
 /// Makes what holds the factors of a matrix.
@@ -290,22 +325,10 @@ impl Factors {
         index("entries of one rank", pattern.entries())?;
         let mut objects = Objects::empty(session);
         objects.matrix = spread(c"sbaij", ffi::PETSC_DECIDE, size, 1)?;
-        // The pattern of all ranks together, counted by a matrix that holds none.
-        let mut counter = spread(c"preallocator", ffi::PETSC_DECIDE, size, 1)?;
         let range = objects.vectors(ffi::PETSC_DECIDE, size, 1)?;
-        // SAFETY: objects are created before they are used; PETSc copies what it is given.
-        unsafe {
-            check("MatSetUp", ffi::MatSetUp(counter))?;
-            let counted = add(counter, &pattern.columns, &pattern.rows, None).and_then(|()| {
-                check(
-                    "MatPreallocatorPreallocate",
-                    ffi::MatPreallocatorPreallocate(counter, ffi::PETSC_TRUE, objects.matrix),
-                )
-            });
-            ffi::MatDestroy(&mut counter);
-            counted?;
-            create(&mut objects.ksp, objects.matrix)?;
-        }
+        allocate(objects.matrix, Spread { pattern, number: None }, (ffi::PETSC_DECIDE, size, 1))?;
+        // SAFETY: the matrix is there.
+        unsafe { create(&mut objects.ksp, objects.matrix)? };
         Ok(Factors {
             session: session.clone(),
             pattern: pattern.clone(),
@@ -322,7 +345,7 @@ impl Factors {
         // SAFETY: the objects live as long as `self`.
         unsafe {
             check("MatZeroEntries", ffi::MatZeroEntries(self.objects.matrix))?;
-            add(self.objects.matrix, &self.pattern.columns, &self.pattern.rows, Some(values))?;
+            add(self.objects.matrix, Spread { pattern: &self.pattern, number: None }, Some(values))?;
             let mut reason: c_int = 0;
             let enough = self.percent;
             for percent in PERCENT.into_iter().filter(|&percent| percent >= enough) {

@@ -230,6 +230,7 @@ fn others(all: &Path, whole: &Path) -> Outcome<()> {
         std::fs::copy(strange.join(&name), folder.join(&name))?;
     }
     is_rejected(&folder, 1, "of different runs")?;
+    is_rejected(&folder, 2, "of different runs")?;
     std::fs::remove_file(folder.join("run.1_of_2.jsonl"))?;
     is_rejected(&folder, 1, "is missing")?;
     is_rejected(&folder, 2, "is missing")?;
