@@ -1,5 +1,7 @@
 //! Bodies: blocks, drawn regions, meshes, solids and shapes.
 
+use std::ops::Range;
+
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -285,7 +287,7 @@ impl Mesh {
     fn new(points: &Bound<'_, PyAny>, cells: &Bound<'_, PyDict>, groups: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let (points, width) = table(points, "points", |v: f64| v)?;
         let mut blocks: Vec<(CellShape, Vec<usize>)> = Vec::new();
-        let mut first: Vec<(String, usize)> = Vec::new();
+        let mut numbered: Vec<(String, Range<usize>)> = Vec::new();
         let mut count = 0;
         for (name, corners) in cells.iter() {
             let name: String = name.extract()?;
@@ -298,7 +300,7 @@ impl Mesh {
             if width != nodes {
                 return Err(Error::new_err(format!("mesh: {name} cells of {width} corners, give {nodes} for each")));
             }
-            first.push((name, count));
+            numbered.push((name, count..count + corners.len()));
             count += corners.len();
             blocks.push((shape, corners.into_iter().flat_map(|nodes| nodes.into_iter().take(needed)).collect()));
         }
@@ -307,10 +309,18 @@ impl Mesh {
             let mut elements = Vec::new();
             for (name, numbers) in by_shape.cast::<PyDict>().map_err(|_| mistyped(GROUPS))? {
                 let name: String = name.extract()?;
-                let Some((_, start)) = first.iter().find(|(other, _)| *other == name) else {
+                let Some((_, own)) = numbered.iter().find(|(other, _)| *other == name) else {
                     return Err(Error::new_err(format!("mesh: group {group} has cells {name:?}, the mesh has none")));
                 };
-                elements.extend(flat(&numbers)?.into_iter().map(|number| start.saturating_add(number)));
+                for number in flat(&numbers)? {
+                    let element = own.start.saturating_add(number);
+                    if !own.contains(&element) {
+                        let (what, count) =
+                            (format!("mesh: group {group} names a {name} that does not exist"), own.len());
+                        return Err(Error::new_err(format!("{what}: count the {count} of them from 0")));
+                    }
+                    elements.push(element);
+                }
             }
             named.push((group.extract()?, elements));
         }

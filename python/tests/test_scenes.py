@@ -187,6 +187,11 @@ def test_a_mesh_of_arrays():
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     groups = {"rubber": {"tetra": [0]}, "base": {"triangle": [0]}}
     mesh = rkpm.Mesh(points, {"tetra": [[0, 1, 2, 3]], "triangle": [[0, 2, 1]]}, groups)
+    # The number behind the last of a shape is not the first of the next one.
+    for cells in ({"triangle": [[0, 2, 1]], "tetra": [[0, 1, 2, 3]]}, {"tetra": [[0, 1, 2, 3]], "triangle": [[0, 2, 1]]}):
+        for shape in cells:
+            with pytest.raises(rkpm.Error, match="does not exist"):
+                rkpm.Mesh(points, cells, {"wrong": {shape: [1]}})
     assert mesh.volume == pytest.approx(1 / 6) and set(mesh.names) == {"rubber", "base"}
 
 
