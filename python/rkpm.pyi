@@ -58,7 +58,7 @@ class Law:
     def stress(self, gradient: ArrayLike) -> _Array:
         """The first Piola–Kirchhoff stress at a deformation gradient, 3 × 3."""
     def nominal(self, stretches: Sequence[float], mode: str = 'uniaxial') -> _Array:
-        """Nominal stresses at stretches in a test that changes no volume: "uniaxial", "equibiaxial" or "planar"."""
+        """Nominal stresses at stretches in a test, "uniaxial", "equibiaxial" or "planar": of rubber, with k/2 (J - 1)², without change of volume, of foams with that of a free surface. "volumetric": mean Cauchy stresses at ratios of the volume."""
     def relaxing(self, pairs: Sequence[tuple[float, float]]) -> Law:
         """The same relaxing: pairs of the part of the stress at first that goes, and its time, `[(0.3, 1.0), …]`. The scene needs `over_time`."""
     @property

@@ -65,13 +65,12 @@ impl Law {
         rows(py, stress.transpose().as_slice(), 3)
     }
 
-    /// Nominal stresses at stretches in a test that changes no volume: "uniaxial", "equibiaxial" or "planar".
+    /// Nominal stresses at stretches in a test, "uniaxial", "equibiaxial" or "planar": of rubber, with k/2 (J - 1)², without change of
+    /// volume, of foams with that of a free surface. "volumetric": mean Cauchy stresses at ratios of the volume.
     #[pyo3(signature = (stretches, mode="uniaxial"))]
     fn nominal<'py>(&self, py: Python<'py>, stretches: Vec<f64>, mode: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let mode = self::mode(mode)?;
-        let values = self.value(py, |law| {
-            stretches.iter().map(|&l| mode.incompressible_state(law, l).stress).collect::<Vec<f64>>()
-        })?;
+        let values = self.value(py, |law| stretches.iter().map(|&l| stress(law, mode, l)).collect::<Vec<f64>>())?;
         Ok(PyArray1::from_vec(py, values))
     }
 
@@ -85,6 +84,18 @@ impl Law {
 
     fn __repr__(&self) -> String {
         format!("<rkpm.Law {}>", self.name)
+    }
+}
+
+/// The stress of a law in a test, as fits take it; NaN outside of its domain.
+fn stress(law: &dyn Material, mode: Mode, stretch: f64) -> f64 {
+    match mode {
+        Mode::Volumetric => {
+            let side = stretch.cbrt();
+            mode.state(law, side).map_or(f64::NAN, |state| state.stress / (side * side))
+        }
+        _ if law.volumetric().is_none() => mode.state(law, stretch).map_or(f64::NAN, |state| state.stress),
+        _ => mode.incompressible_state(law, stretch).stress,
     }
 }
 
@@ -278,6 +289,11 @@ impl Fitted {
     #[pyo3(signature = (stretches, mode="uniaxial"))]
     fn nominal<'py>(&self, py: Python<'py>, stretches: Vec<f64>, mode: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let mode = self::mode(mode)?;
+        if mode == Mode::Volumetric && self.report.bulk.is_none() && !self.report.compressible {
+            return Err(Error::new_err(
+                "nominal: no volumetric test tells the bulk modulus, ask the law of rubber(bulk=...)",
+            ));
+        }
         Ok(PyArray1::from_vec(py, stretches.iter().map(|&l| self.report.stress(mode, l)).collect()))
     }
 

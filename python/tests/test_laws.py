@@ -34,6 +34,9 @@ def test_nominal_stress_in_tension():
     assert law.nominal(STRETCHES) == pytest.approx(STRETCHES - STRETCHES**-2)
     assert law.nominal(STRETCHES, "planar") == pytest.approx(STRETCHES - STRETCHES**-3)
     assert law.nominal(STRETCHES, "equibiaxial") == pytest.approx(STRETCHES - STRETCHES**-5)
+    assert law.nominal([1.1], "volumetric")[0] == pytest.approx(100)
+    # Free surfaces let foams change their volume.
+    assert rkpm.blatz_ko(1.0).nominal(STRETCHES) == pytest.approx(STRETCHES**-0.5 - STRETCHES**-3.0)
 
 
 def test_a_fit_gives_back_the_law_that_made_the_data():
@@ -49,6 +52,8 @@ def test_a_fit_tells_and_takes_the_bulk_modulus_of_volumetric_tests():
     tests = {"uniaxial": (STRETCHES, STRETCHES - STRETCHES**-2)}
     plain = rkpm.fit(tests, "neo-hookean")
     assert plain.bulk is None
+    with pytest.raises(rkpm.Error, match="bulk modulus"):
+        plain.nominal([1.1], "volumetric")
     with pytest.raises(rkpm.Error, match="give bulk"):
         plain.rubber()
     whole = rkpm.fit({**tests, "volumetric": ([0.99, 1.01], [-10, 10])}, "neo-hookean")

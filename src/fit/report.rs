@@ -170,7 +170,7 @@ impl Report {
     }
 
     /// The nominal stress of the law at a stretch \[stress\]; the mean Cauchy stress at a volume ratio in volumetric tests of
-    /// compressible laws. NaN outside of the law's domain.
+    /// compressible laws and of those whose bulk modulus was fitted. NaN outside of the law's domain, and where no volumetric test was given.
     pub fn stress(&self, mode: Mode, stretch: f64) -> f64 {
         match (mode, self.bulk) {
             (Mode::Volumetric, Some(bulk)) => bulk * (stretch - 1.0),

@@ -232,9 +232,11 @@ fn slopes(ahead: &[f64], behind: &[f64], here: &dyn Fn() -> Vec<f64>, step: f64)
     }
 }
 
-/// The nominal stress of a law at a stretch (the mean Cauchy stress at a volume ratio in volumetric tests).
+/// The nominal stress of a law at a stretch (the mean Cauchy stress at a volume ratio in volumetric tests); NaN where there is none.
 pub(super) fn predict(law: &Arc<dyn Material>, compressible: bool, mode: Mode, stretch: f64) -> f64 {
     match mode {
+        // The shape alone says nothing of it.
+        Mode::Volumetric if !compressible => f64::NAN,
         Mode::Volumetric => {
             let side = stretch.cbrt();
             mode.state(law, side).map_or(f64::NAN, |state| state.stress / (side * side))

@@ -133,6 +133,9 @@ fn volumetric_tests_give_the_bulk_modulus() {
     assert_abs_diff_eq!(report.bulk.unwrap(), 1500.0, epsilon = 1e-9);
     assert!(report.misfit(Mode::Volumetric).unwrap() < 1e-12);
     assert!(report.rubber(report.bulk.unwrap()).is_ok());
+    assert_abs_diff_eq!(report.stress(Mode::Volumetric, 0.99), -15.0, epsilon = 1e-9);
+    let shape_alone = Fit::new(Law::NeoHookean).to(&synthetic(Law::NeoHookean, &[0.2], 0.0, 1)).unwrap();
+    assert!(shape_alone.stress(Mode::Volumetric, 0.99).is_nan());
 }
 
 #[test]
