@@ -8,7 +8,7 @@ use super::closed::Solid3;
 
 /// How far vertices may lie off a plane, cylinder or block, over the largest side of the solid's bounds.
 const OFF: f64 = 1e-4;
-/// Largest angle between normals of one plane; of a cylinder and its radius; of facets of one patch \[rad\].
+/// Largest angle between normals of one plane; of a cylinder and its radii; of facets of one patch \[rad\].
 const PLANE: f64 = 0.1;
 const CYLINDER: f64 = 0.6;
 const SMOOTH: f64 = 0.5;
@@ -57,7 +57,7 @@ impl Select {
         Self::of(Shape::Plane { point: point.into(), normal: normal.into() }, PLANE)
     }
 
-    /// Facets with all vertices at a distance `radius` \[length\] from the line through a point, normal to it.
+    /// Facets with all vertices at a distance `radius` \[length\] from the line through a point, whose normals are along the radii to these.
     pub fn cylinder(point: [f64; 3], axis: [f64; 3], radius: f64) -> Self {
         Self::of(Shape::Cylinder { point: point.into(), axis: axis.into(), radius }, CYLINDER)
     }
@@ -134,8 +134,9 @@ impl Select {
             }
             Shape::Cylinder { point, axis, radius } => {
                 let axis = axis.normalize();
-                let off = furthest(&|x| nan_far(((x - point).cross(&axis).norm() - radius).abs()));
-                limit(off, own.dot(&axis).abs() <= self.angle.sin())
+                let out = |x: &Vec3| (x - point) - axis * (x - point).dot(&axis);
+                let off = furthest(&|x| nan_far((out(x).norm() - radius).abs()));
+                limit(off, corners.iter().all(|x| own.dot(&out(x).normalize()).abs() >= self.angle.cos()))
             }
             Shape::Block { min, max } => furthest(&|x| nan_far((x - x.sup(min).inf(max)).norm())),
             _ => f64::INFINITY,

@@ -69,6 +69,32 @@ fn inside_and_outside_are_those_of_the_sphere() {
     }
 }
 
+/// The flat of a half shaft has its vertices on the cylinder too, and its normal across the axis.
+#[test]
+fn cylinders_leave_out_the_flats_between_their_generators() {
+    const SIDES: u32 = 16;
+    let rim = |k: u32| (std::f64::consts::PI * f64::from(k) / f64::from(SIDES)).sin_cos();
+    let ends = (0..=SIDES).map(|k| [rim(k).1, rim(k).0, 0.0].map(|x| 2.0 * x));
+    let vertices: Vec<Point<3>> = ends.flat_map(|[x, y, _]| [[x, y, 0.0], [x, y, 9.0]].map(Point::from)).collect();
+    let mut facets: Vec<[u32; 3]> = Vec::new();
+    for k in 0..SIDES {
+        facets.extend([[2 * k, 2 * k + 2, 2 * k + 3], [2 * k, 2 * k + 3, 2 * k + 1]]);
+    }
+    for k in 1..SIDES {
+        facets.extend([[0, 2 * k + 2, 2 * k], [1, 2 * k + 1, 2 * k + 3]]);
+    }
+    facets.extend([[0, 2 * SIDES + 1, 2 * SIDES], [0, 1, 2 * SIDES + 1]]);
+    let solid = Solid3::new(vertices, facets).unwrap();
+    let select = || Select::cylinder([0.0; 3], [0.0, 0.0, -3.0], 2.0);
+    let solid = solid.name("shaft", select()).unwrap();
+    let found = solid.facets_of("shaft").unwrap();
+    assert_eq!(found.len(), 2 * SIDES as usize);
+    assert!(found.iter().all(|&facet| solid.corners(facet as usize).iter().any(|x| x[1] > 0.1)));
+    // Normals are off the radii to the vertices by half a side, 0.098 rad.
+    assert!(solid.clone().name("none", select().angle(0.09)).is_err());
+    assert!(solid.name("all", select().angle(0.1)).is_ok());
+}
+
 #[test]
 fn parts_within_parts_are_cavities_whichever_way_they_face() {
     let inner = || shifted(cube(), [0.1, 0.0, 0.0], 0.25);
