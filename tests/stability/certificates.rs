@@ -441,6 +441,18 @@ fn terms_of_the_crate_keep_their_contract() {
     assert!(report.holds(), "{report}");
 }
 
+/// Certificates are those of the body at rest: what acts on it, and when, is left out.
+#[test]
+fn certificates_leave_expansion_and_time_out() {
+    let plain = Scene::new(square(), PlaneStrain, moderate());
+    let growing = plain.clone().with_expansion(Value::field(|x: &Point<2>| 1.1 + 0.1 * x[0])).over_time(3.0);
+    let scheme = jittered(Scheme::default(), 5, 0.3, 1);
+    let [a, b] = [&plain, &growing].map(|scene| spurious_modes(scene, &scheme).unwrap());
+    assert_eq!([a.smallest, a.largest], [b.smallest, b.largest]);
+    let [a, b] = [&plain, &growing].map(|scene| patch_test(scene, &plane(), &scheme).unwrap().error);
+    assert!(a == b && a <= 1e-12, "{a:e} {b:e}");
+}
+
 #[test]
 fn broken_terms_are_found_out() {
     use rkpm::term::{Element, View};

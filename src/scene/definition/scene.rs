@@ -159,6 +159,9 @@ impl<const D: usize> Scene<D> {
             contacts: Vec::new(),
             contact_pairs: Vec::new(),
             rigids: Vec::new(),
+            expansion: None,
+            clock: None,
+            started: None,
             ..self.clone()
         })
     }
