@@ -7,7 +7,7 @@ use crate::geometry::{Mat3, Vec3};
 use crate::material::{Distortion, InvariantEnergy, Material, Past, Response, VolumetricEnergy, stable_ranges};
 use crate::tensor::{Tangent, Vector9, components, from_components};
 
-use super::{Finding, Report, signed};
+use super::{Finding, Report, nearest_difference, signed};
 
 /// Random deformations that are sampled.
 const SAMPLES: usize = 60;
@@ -113,8 +113,14 @@ impl Subject<'_> {
                 unit[c] = 1.0;
                 let along = |t: f64| f + from_components(&unit) * t;
                 p_differences[c] = difference(|t| Vector9::repeat(material.energy_from(&along(t), past)))[0];
-                let stress = |t: f64| components(&material.response_from(&along(t), past).stress);
-                a_differences.set_column(c, &nearest_difference(stress, &a.column(c).into()));
+                let stress = |steps: i32| {
+                    let f = along(f64::from(steps) * STEP);
+                    components(&material.response_from(&f, past).stress).as_slice().to_vec()
+                };
+                // Where what a material remembers is a bound of its strain, as in one that softens, P has a kink.
+                let column: Vector9 = a.column(c).into();
+                let differences = nearest_difference(&stress, column.as_slice(), STEP);
+                a_differences.set_column(c, &Vector9::from_column_slice(&differences));
             }
             let size = stress_size(&p, f, stiffness);
             stress.see((p_differences - components(&p)).norm() / size, place);
@@ -260,20 +266,6 @@ pub fn invariant_energy(energy: &dyn InvariantEnergy) -> Report {
 /// $f'(0)$ by the four-point central difference.
 fn difference(f: impl Fn(f64) -> Vector9) -> Vector9 {
     ((f(STEP) - f(-STEP)) * 8.0 - (f(2.0 * STEP) - f(-2.0 * STEP))) / (12.0 * STEP)
-}
-
-/// The one nearest to `exact` of that and of the four-point differences to either side: where what a material remembers is a bound of
-/// its strain, as in one that softens, $P$ has a kink, to one side of which a sample beside it lies.
-fn nearest_difference(f: impl Fn(f64) -> Vector9, exact: &Vector9) -> Vector9 {
-    let aside = |h: f64| (f(h) * 18.0 - f(0.0) * 11.0 - f(2.0 * h) * 9.0 + f(3.0 * h) * 2.0) / (6.0 * h);
-    let mut nearest = difference(&f);
-    for other in [aside(STEP), aside(-STEP)] {
-        // A central difference that is no number stays one, and shows.
-        if (other - exact).norm() < (nearest - exact).norm() {
-            nearest = other;
-        }
-    }
-    nearest
 }
 
 /// What an error of the stress is measured against.

@@ -6,7 +6,7 @@ use crate::error::{Error, Invalid};
 use crate::linear::vector::norm;
 use crate::term::{Coupling, Element, Form, Term, TermState, TermStep, View};
 
-use super::{Finding, Report, signed};
+use super::{Finding, Report, nearest_difference, signed};
 
 /// Random directions per cluster along which derivatives are compared.
 const DIRECTIONS: usize = 3;
@@ -212,11 +212,32 @@ impl<'a> Probe<'a> {
         displacement
     }
 
+    /// Compares the load slope: that of one side where the load factor is at a break point of a table. None where condensed unknowns
+    /// were not solved beside it.
+    fn load_slope(&self, base: &[f64]) -> Option<Finding> {
+        let loads: Vec<f64> = (-3..=3).map(|steps| self.load + f64::from(steps) * STEP).collect();
+        let mut solved = Vec::with_capacity(loads.len());
+        for &load in &loads {
+            solved.push(self.solved(self.displacement, load)?);
+        }
+        let mut slope = Finding::new("the load slope is the derivative of the residual", TOLERANCE);
+        for cluster in 0..self.term.clusters() {
+            let element = self.linearize(cluster, self.displacement, self.load, base, true);
+            let residual = |steps: i32| {
+                let at = (steps + 3) as usize;
+                self.linearize(cluster, self.displacement, loads[at], &solved[at], false).residual
+            };
+            let change = nearest_difference(&residual, &element.load_slope, STEP);
+            let size = norm(&element.load_slope) + norm(&element.residual) * 1e-10 / STEP;
+            slope.see(relative(&change, &element.load_slope, size), || format!("cluster {cluster}"));
+        }
+        Some(slope)
+    }
+
     /// Compares all derivatives, cluster by cluster.
     fn derivatives(&self, report: Report, base: &[f64]) -> Report {
         let mut residual = Finding::new("the residual is the derivative of the energy", TOLERANCE);
         let mut matrix = Finding::new("the matrix is the derivative of the residual", TOLERANCE);
-        let mut slope = Finding::new("the load slope is the derivative of the residual", TOLERANCE);
         let mut condensed = Finding::new("advance() follows the solved condensed unknowns", TOLERANCE);
         let mut random = fastrand::Rng::with_seed(3);
         let (mut stored, mut solved_all) = (false, true);
@@ -261,20 +282,10 @@ impl<'a> Probe<'a> {
                     condensed.see(relative(&change, &increments, size), place);
                 }
             }
-            let (above, below) = (self.load + STEP, self.load - STEP);
-            if let (Some(l_above), Some(l_below)) =
-                (self.solved(self.displacement, above), self.solved(self.displacement, below))
-            {
-                let above = self.linearize(cluster, self.displacement, above, &l_above, false).residual;
-                let below = self.linearize(cluster, self.displacement, below, &l_below, false).residual;
-                let change: Vec<f64> = above.paired(&below, |a, b| (a - b) / (2.0 * STEP));
-                let size = norm(&element.load_slope) + forces * 1e-10 / STEP;
-                slope.see(relative(&change, &element.load_slope, size), place);
-            } else {
-                solved_all = false;
-            }
         }
-        let mut report = report.with([matrix, slope]);
+        let slope = self.load_slope(base);
+        solved_all &= slope.is_some();
+        let mut report = report.with([matrix]).with(slope);
         if stored {
             report = report.with([residual]);
         } else {

@@ -439,6 +439,13 @@ fn terms_of_the_crate_keep_their_contract() {
     let force = DeadLoad { force: [0.1, 0.2, 0.0].into(), amplitude: Amplitude::Ramp };
     let report = check::term(&Pointwise::new(table(), force), &displacement, 0.7).unwrap();
     assert!(report.holds(), "{report}");
+    // At break points of a table, and at its ends, the slope is that of one side.
+    let pairs = vec![(0.0, 0.0), (0.5, 2.0), (1.0, 1.0)];
+    for load in [0.0, 0.3, 0.5, 1.0] {
+        let (force, amplitude) = ([0.1, 0.2, 0.0].into(), Amplitude::table(pairs.clone()).unwrap());
+        let report = check::term(&Pointwise::new(table(), DeadLoad { force, amplitude }), &displacement, load).unwrap();
+        assert!(report.holds(), "{load}: {report}");
+    }
 }
 
 /// Certificates are those of the body at rest: what acts on it, and when, is left out.
