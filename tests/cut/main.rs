@@ -268,3 +268,27 @@ fn a_cylinder_between_its_ends() {
     let unknown = scene.clone().hold("side").discretize(&Scheme::default().spacing(0.2)).err().unwrap();
     assert!(unknown.to_string().contains("base, top"), "{unknown}");
 }
+
+/// Cells have the ratio of their volumes beside the facets of a surface, which have none.
+#[test]
+fn cells_beside_a_surface_tell_their_volume() {
+    let rubber = || Rubber::neo_hookean(0.5, 1e3).unwrap();
+    let (points, facets) = cylinder(0.5, 1.0, 24);
+    let scene = Scene::assembly(Solid).body("pin", &Solid3::new(points, facets).unwrap(), rubber()).body(
+        "block",
+        Block::new([1.0, 0.0, 0.0], [2.0, 1.0, 1.0]),
+        rubber(),
+    );
+    let problem = scene.discretize(&Scheme::default().spacing(0.25)).unwrap();
+    let grid = problem.vtk_grid(&problem.at_rest()).unwrap();
+    let field = grid.cell_data.iter().find(|field| field.name == "volume ratio").unwrap();
+    let rkpm::output::VtkValues::Scalars(ratios) = &field.values else { panic!("{field:?}") };
+    let bricks = grid.cells.iter().filter(|cell| matches!(cell, rkpm::output::VtkCell::Hexahedron(_))).count();
+    assert!(bricks > 0 && bricks < ratios.len() && grid.to_xml().is_ok());
+    for (cell, ratio) in grid.cells.iter().zip(ratios) {
+        match cell {
+            rkpm::output::VtkCell::Hexahedron(_) => assert_abs_diff_eq!(*ratio, 1.0, epsilon = 1e-12),
+            _ => assert!(ratio.is_nan()),
+        }
+    }
+}

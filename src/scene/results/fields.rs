@@ -59,7 +59,7 @@ impl<const D: usize> Problem<D> {
     /// mean \[stress, positive in tension\] and von Mises' equivalent $\sqrt{\tfrac32\\,\mathbf s:\mathbf s}$. Volumes of a mesh that are
     /// rigid bodies stand beside them, without stresses. Cells have the number of their body, counted from 0, and the least ratio of a
     /// corner's current to its reference volume, that of its ring in bodies of revolution and with its thickness in sheets; it is negative
-    /// where a cell has folded.
+    /// where a cell has folded, and no number for facets of a surface and polygons, beside cells that have one.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -143,8 +143,7 @@ impl ProblemView<'_> {
         let current: Vec<Vec3> = positions.paired(&displacements, |x, u| x + u);
         let hoops = self.bodies.first().map_or(0, |body| body.hoops().len());
         let (places, across) = ([&positions[..], &current[..]], self.stretches_across(state));
-        let ratios: Option<Vec<f64>> =
-            cells.iter().map(|cell| volume_ratio((dim, hoops), cell, places, &across)).collect();
+        let ratios: Vec<Option<f64>> = cells.mapped(|cell| volume_ratio((dim, hoops), cell, places, &across));
         let mut stresses = match self.model.ranks() {
             None => self.recovered_at_particles(state)?,
             Some(_) => self.at_particles(&self.stresses(state)?),
@@ -163,7 +162,10 @@ impl ProblemView<'_> {
             grid.point_data.push(VtkField::scalars("body", of_body));
         }
         grid.cell_data.push(VtkField::integers("body", of_cell));
-        grid.cell_data.extend(ratios.map(|ratios| VtkField::scalars("volume ratio", ratios)));
+        if ratios.iter().any(Option::is_some) {
+            let ratios = ratios.iter().map(|ratio| ratio.unwrap_or(f64::NAN));
+            grid.cell_data.push(VtkField::scalars("volume ratio", ratios));
+        }
         Ok(grid)
     }
 }
