@@ -11,7 +11,7 @@ use rkpm::check::{inf_sup, spurious_modes};
 use rkpm::error::{Error, SolveError};
 use rkpm::geometry::Mapped;
 use rkpm::prelude::*;
-use rkpm::scene::SolverChoice;
+use rkpm::scene::{ConstraintMethod, SolverChoice};
 use rkpm::solve::State;
 use rkpm::study::{Budget, Quantity, Tolerance};
 
@@ -215,6 +215,13 @@ fn iteration_is_refused_where_it_does_not_suit() {
         .pressure_field(PressureField::Pointwise, 1);
     let refused = sheared(1e3).discretize(&pointwise).err().unwrap();
     assert!(refused.to_string().contains("projected on zones"), "{refused}");
+    // An enforcement of conditions that is asked for is taken, by factors, or refused.
+    let cube = Scheme::default().particles([9]);
+    let own = cube.clone().constraint_method(ConstraintMethod::Multipliers);
+    let iterates = |scheme: &Scheme| sheared(1e3).discretize(scheme).unwrap().analysis().solver.keeps_pressures();
+    assert!(iterates(&cube) && !iterates(&own));
+    let refused = sheared(1e3).discretize(&own.solver_choice(SolverChoice::Krylov)).err().unwrap();
+    assert!(refused.to_string().contains("with Scheme::constraint_method"), "{refused}");
 }
 
 #[test]

@@ -115,7 +115,7 @@ pub enum ConstraintKind {
     OverBoundary,
 }
 
-/// Which strategy enforces the rows.
+/// Which strategy enforces the rows; an iteration ([`SolverChoice::Krylov`]) has one of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ConstraintMethod {
     /// Mixed transformation where few unknowns are constrained together, multipliers above.
@@ -131,8 +131,8 @@ pub enum ConstraintMethod {
 pub enum SolverChoice {
     /// By what takes less. By iteration: lattices in space with nine by nine particles and more in cross section, cut solids with twelve
     /// by twelve, and cut solids of one process whose factors take more than a million multiplications for each unknown. All others
-    /// by factors, which also take over where the iteration does not converge and they fit into memory. Scenes with contact take factors.
-    /// Where it has to be known whether states are stable, ask for factors.
+    /// by factors, which also take over where the iteration does not converge and they fit into memory. Scenes with contact take factors, and
+    /// so do schemes with a [`ConstraintMethod`] of their own. Where it has to be known whether states are stable, ask for factors.
     #[default]
     Auto,
     /// By factors.

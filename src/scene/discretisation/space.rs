@@ -21,7 +21,9 @@ use super::memory::Size;
 use super::one_body::expanding;
 use super::sharing::Sharing;
 use super::unmeasured::Unmeasured;
-use crate::scene::{ApproximationChoice, Dilation, PressureScheme, Scene, Scheme, SolverChoice, Source};
+use crate::scene::{
+    ApproximationChoice, ConstraintMethod, Dilation, PressureScheme, Scene, Scheme, SolverChoice, Source,
+};
 
 /// Half the width of a band that takes as many operations as nested dissection does, in layers of particles: counted for
 /// cubes with 9, 13 and 17 a side, where the factors of 2187, 6591 and 14 739 unknowns take 0.9, 11.5 and 73 times 1e9.
@@ -57,6 +59,8 @@ fn iterates<const D: usize>(
     match scheme.solver_choice {
         SolverChoice::Direct => false,
         SolverChoice::Krylov => true,
+        // An iteration has a way of its own.
+        SolverChoice::Auto if scheme.constraint_method != ConstraintMethod::Auto => false,
         SolverChoice::Auto if !scene.contacts.is_empty() => false,
         // Directions depend on the mesh: fits to the corners of slivers stand for little.
         SolverChoice::Auto if scene.bodies.iter().any(|body| matches!(body.source, Source::Mesh(_))) => false,
@@ -228,6 +232,11 @@ pub(crate) fn krylov<const D: usize>(
     let worth = if cells.lattice().is_some() { WORTH_ON_LATTICES } else { WORTH };
     if !requested && !iterates(scene, scheme, size, worth, counted) {
         return Ok(None);
+    }
+    if scheme.constraint_method != ConstraintMethod::Auto {
+        let remedy =
+            "an iteration has one of its own: leave it out, or take SolverChoice::Auto, which then takes factors";
+        return refused("Scheme::constraint_method", remedy);
     }
     if let Some((with, remedy)) = unsuited_contact(scene, scheme) {
         return refused(with, remedy);
