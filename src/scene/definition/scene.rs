@@ -285,7 +285,8 @@ impl<const D: usize> Scene<D> {
 
     /// The same taking time: the load factor runs from 0 to 1 in `duration` \[time\], as even as a clock. Laws that relax
     /// ([`Viscoelastic`](crate::material::Viscoelastic)) do so by it; amplitudes say how loads follow. Steps are chosen by
-    /// [`Stepping::time_tolerance`](crate::solve::Stepping::time_tolerance).
+    /// [`Stepping::time_tolerance`](crate::solve::Stepping::time_tolerance). In [`Stages`](crate::scene::Stages) it is the time of one stage:
+    /// one that gives none of its own takes none, in which nothing relaxes.
     ///
     /// ```
     /// use rkpm::material::{Prony, Viscoelastic};

@@ -25,7 +25,8 @@ struct Stage<const D: usize> {
 
 /// A history of named stages in order. Each begins where the one before ended, with its conditions, loads and surfaces held as they
 /// are, and changes some: it adds them by the methods of [`Scene`], takes them away by [`Scene::without`] and moves surfaces on by
-/// [`Scene::move_on`]. The load factor runs from 0 to 1 in every stage; time goes on, and laws keep their internal variables.
+/// [`Scene::move_on`]. The load factor runs from 0 to 1 in every stage, and laws keep their internal variables. Time goes on in stages that
+/// give theirs by [`Scene::over_time`]; in one that does not it stands, and laws that relax do not.
 ///
 /// What a new condition prescribes is reached from where the body is, $g(\lambda) = g\\,a(\lambda) + (1 - \lambda)\\,(Gd_0 - g\\,a(0))$, and
 /// forces that were taken away fall from what they were, in proportion to $1 - \lambda$: at load factor 0 each stage is in the
