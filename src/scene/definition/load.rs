@@ -51,7 +51,9 @@ impl<const D: usize> Load<D> {
         Load { place: place.into(), kind, amplitude: Amplitude::Ramp, name: None }
     }
 
-    /// A dead traction \[stress\] per reference area of a boundary part.
+    /// A dead traction \[stress\] per reference area of a boundary part. On [`Place::body`] it is a force per reference volume, which is how
+    /// [`of`](Place::of) and [`within`](Place::within) give a [`body_force`](Load::body_force) to one body or some of it; at a point it is the
+    /// force itself, as [`force`](Load::force) is there.
     pub fn traction(place: impl Into<Place<D>>, traction: impl Into<Value<D, [f64; D]>>) -> Self {
         Load::new(place, LoadKind::Dead(traction.into()))
     }
