@@ -1320,3 +1320,17 @@ fn amplitudes_that_are_no_numbers() {
         );
     }
 }
+
+#[test]
+fn places_that_can_not_take_what_is_put_there() {
+    // Some of a point, which has no parts.
+    let some = || Place::at([2.0, 1.0]).within(|x: &Point<2>| x[0] > 5.0);
+    for scene in [
+        sound().prescribe(some(), 1, 0.1),
+        sound().with(Load::force(some(), [0.0, 0.1])),
+        sound().rigid("pin", some()),
+        sound().name("corner", some()).prescribe("corner", 1, 0.1),
+    ] {
+        refused!(refusal(&scene, &coarse()), Error::Incompatible(_), ["a single point", "leave Place::within out"]);
+    }
+}

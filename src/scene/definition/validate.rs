@@ -45,6 +45,7 @@ impl<const D: usize> Scene<D> {
         }
         self.loads.iter().try_for_each(check_load)?;
         parts_of_rigid_bodies(self)?;
+        parts_of_points(self)?;
         sizes(self)?;
         contacts(self)?;
         crate::kinematics::hoop_components(&*self.kinematics)?;
@@ -238,6 +239,24 @@ fn parts_of_rigid_bodies<const D: usize>(scene: &Scene<D>) -> Result<(), Incompa
                 format!("{place}"),
                 "a rigid body",
                 "leave Place::within out: a rigid body moves as a whole"
+            )
+        );
+    }
+    Ok(())
+}
+
+/// Refuses some of a point.
+fn parts_of_points<const D: usize>(scene: &Scene<D>) -> Result<(), Incompatible> {
+    let mut places = scene.acting();
+    places.extend(scene.rigids.iter().map(|(_, place)| place));
+    for place in places {
+        let resolved = scene.resolve(place);
+        ensure!(
+            resolved.within.is_empty() || !matches!(resolved.spot, Spot::Point(_)),
+            Incompatible::new(
+                format!("{place}"),
+                "a single point",
+                "leave Place::within out: a point is the whole place"
             )
         );
     }
