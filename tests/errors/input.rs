@@ -1333,4 +1333,12 @@ fn places_that_can_not_take_what_is_put_there() {
     ] {
         refused!(refusal(&scene, &coarse()), Error::Incompatible(_), ["a single point", "leave Place::within out"]);
     }
+    // A force per area of an axis, which has none.
+    let solid = Scene::new(Block::new([0.0, 0.0], [1.0, 2.0]), Axisymmetric, rubber()).hold((1, Side::Min));
+    for scheme in [coarse(), Scheme::elements(1).particles([5, 4])] {
+        let force = |place: Place<2>| solid.clone().with(Load::force(place, [0.0, 0.1]));
+        let error = refusal(&force(Place::on((0, Side::Min))), &scheme);
+        refused!(error, Error::Incompatible(_), ["force on face (0, Min)", "without area", "Place::at"]);
+        assert!(force(Place::at([0.0, 2.0])).discretize(&scheme).is_ok());
+    }
 }

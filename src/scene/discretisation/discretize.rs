@@ -185,6 +185,14 @@ fn add_loads<const D: usize>(
         let sheet = own.and_then(|body| body.sheet.clone());
         let (load, term) = (&scene.loads[number], model.terms().len());
         is_finite_over(load, table.positions())?;
+        ensure!(
+            !matches!(load.kind, LoadKind::Total(_)) || measures[number] > 0.0,
+            Incompatible::new(
+                load.label(),
+                "a place without area or volume, as the axis of revolution is",
+                "give it to a point by Place::at, or to a part off the axis"
+            )
+        );
         add_load(model, load, table, measures[number], sheet)?;
         match loads.last_mut().filter(|(last, _)| *last == number) {
             Some((_, of)) => of.terms.end = model.terms().len(),
