@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use nalgebra::SMatrix;
+use rkpm::error::BoundaryError;
 use rkpm::prelude::*;
 use rkpm::scene::Rule;
 
@@ -360,6 +361,41 @@ fn a_tube_of_two_layers_meets_its_closed_form() {
         ];
         println!("{n} + {n} across: {found:?}");
         assert!(found.iter().flatten().all(|error| error.abs() < allowed), "{n}: {found:?}");
+    }
+}
+
+/// What `within` selects on one of the bodies that have a part is enough; on none of them it is refused, on the whole body too.
+#[test]
+fn selections_are_those_of_all_bodies() {
+    let rectangle = |from: f64, to: f64| {
+        let outline =
+            Outline::at([from, 0.0]).line("low", [to, 0.0]).line("right", [to, 1.0]).line("high", [from, 1.0]);
+        Region::new(outline.close("left")).unwrap()
+    };
+    let scheme = Scheme::default().spacing(0.25);
+    let bodies = || {
+        let both = Scene::assembly(PlaneStrain).body("one", rectangle(0.0, 2.0), soft());
+        both.body("two", rectangle(3.0, 4.0), soft()).hold("low")
+    };
+    let near = |x: &Point<2>| x[0] < 1.2;
+    let moved = |place: Place<2>| Condition::on(place).displacement([0.1, 0.0]);
+    let energy = |of: &dyn Fn(Place<2>) -> Place<2>| {
+        let scene = bodies().with(moved(of("high".into()).within(near)));
+        let scene = scene.with(Load::force(of("left".into()).within(|x| x[0] < 1.0), [0.01, 0.0]));
+        let problem = scene.discretize(&scheme).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        problem.energy(path.last()).unwrap()
+    };
+    let (all, one) = (energy(&|place| place), energy(&|place| place.of("one")));
+    assert!(all > 1e-3);
+    assert_abs_diff_eq!(all / one, 1.0, epsilon = 1e-12);
+    let nowhere = |place: Place<2>| place.within(|x| x[0] > 9.0);
+    for place in [Place::from("high"), Place::body(), Place::body().of("two")].map(nowhere) {
+        let error = bodies().with(moved(place.clone())).discretize(&scheme).err().unwrap();
+        assert!(matches!(error, Error::Boundary(BoundaryError::Empty { .. })), "{error}");
+        assert_eq!(rkpm::check::scene(&bodies().with(moved(place.clone())), &scheme).unwrap().refused.len(), 1);
+        let error = bodies().with(Load::force(place, [0.1, 0.0])).discretize(&scheme).err().unwrap();
+        assert!(matches!(error, Error::Boundary(BoundaryError::NoFacet { .. })), "{error}");
     }
 }
 

@@ -91,16 +91,22 @@ pub(crate) struct Conditioned<'a, const D: usize> {
     pub facets: Option<FacetRule>,
 }
 
-/// Conditions by their numbers in the scene and rigid bodies by theirs, with places whose names were looked up.
+/// Conditions by their numbers in the scene, and parts of rigid bodies by theirs, with places whose names were looked up.
 pub(crate) type Numbered<'a, const D: usize> = &'a [(usize, Place<D>)];
 
 /// The equations of conditions and of parts tied to rigid bodies, and which are whose.
 pub(crate) struct Prescribed<const D: usize> {
     pub equations: Constraints,
     pub placed: Vec<Placed<D>>,
+    /// By the numbers of rigid bodies.
     pub ties: Vec<(usize, Range<usize>)>,
     pub at_ties: Vec<TiedPrescription>,
+    /// The conditions, and the parts of rigid bodies, that select nothing here.
+    pub nowhere: [Nowhere; 2],
 }
+
+/// What selects nothing on one body, by its number, with the error for where it selects nothing on any.
+pub(crate) type Nowhere = Vec<(usize, Error)>;
 
 /// The equations of conditions, and of a displacement that vanishes on parts tied to rigid bodies.
 ///
@@ -111,9 +117,9 @@ pub(crate) fn equations<const D: usize>(
     tied: Numbered<'_, D>,
     refused: Refused<'_>,
 ) -> Result<Prescribed<D>, Error> {
-    let names = of.scene.rigid_names();
-    let still =
-        |(number, place): &(usize, Place<D>)| Condition::on(place.clone()).displacement([0.0; D]).named(names[*number]);
+    let still = |(number, place): &(usize, Place<D>)| {
+        Condition::on(place.clone()).displacement([0.0; D]).named(&of.scene.rigids[*number].0)
+    };
     let still = tied.mapped(still);
     let given = mine.iter().map(|(number, place)| (&of.scene.conditions[*number], place));
     let all: Vec<(&Condition<D>, &Place<D>)> = given.chain(still.iter().zip(tied.iter().map(|tie| &tie.1))).collect();
@@ -121,12 +127,17 @@ pub(crate) fn equations<const D: usize>(
     let nodes = all_padded(of.approximation.nodes());
     let mut skip = |number: usize, error: Error| if number < mine.len() { refused(error) } else { Err(error) };
     let (mut claims, mut last) = (Claims::default(), Vec::new());
+    // What is refused for another reason is not refused for this one too.
+    let mut selects = vec![false; all.len()];
     for (number, (condition, place)) in all.iter().enumerate() {
         let mut own = Vec::with_capacity(condition.prescribed.len());
         for single in singles(condition, place) {
             match of.request(single, &nodes, &mut claims, &mut last) {
-                Ok(request) => own.push(request),
-                Err(error) => skip(number, error)?,
+                Ok(request) => own.extend(request),
+                Err(error) => {
+                    skip(number, error)?;
+                    selects[number] = true;
+                }
             }
         }
         requests.push(own);
@@ -147,10 +158,14 @@ pub(crate) fn equations<const D: usize>(
             let before = equations.mark();
             // A tie holds wherever it is.
             let (mine, left_out) = tied_particles.get(number).map_or((&[][..], &none), |particles| (mine, particles));
-            if let Err(error) = of.add(&mut equations, (mine, left_out), request, &nodes, &owners.yielded, &mut last) {
-                skip(number, error)?;
-                // Without the rows that were added before it was refused.
-                equations.take_back(before);
+            match of.add(&mut equations, (mine, left_out), request, &nodes, &owners.yielded, &mut last) {
+                Ok(selected) => selects[number] |= selected,
+                Err(error) => {
+                    skip(number, error)?;
+                    selects[number] = true;
+                    // Without the rows that were added before it was refused.
+                    equations.take_back(before);
+                }
             }
         }
         let own = first..equations.len();
@@ -158,10 +173,17 @@ pub(crate) fn equations<const D: usize>(
             let (name, nodes) = (condition.name.clone(), 0..of.cells.positions().len());
             placed.push(Placed { name, place: Some((*place).clone()), equations: own, nodes });
         } else {
-            ties.push((tied[number - mine.len()].0, own));
+            ties.push((of.rigid(tied[number - mine.len()].0), own));
         }
     }
-    Ok(Prescribed { equations, placed, ties, at_ties })
+    let mut nowhere = [Vec::new(), Vec::new()];
+    for (number, (condition, place)) in all.iter().enumerate().filter(|(number, _)| !selects[*number]) {
+        let (kind, numbers, k) = if number < mine.len() { (0, mine, number) } else { (1, tied, number - mine.len()) };
+        if let Some(single) = singles(condition, place).next() {
+            nowhere[kind].push((numbers[k].0, empty(of.cells, &single).into()));
+        }
+    }
+    Ok(Prescribed { equations, placed, ties, at_ties, nowhere })
 }
 
 /// The outward normals of a part at some of its particles, where a direction asks for them.
@@ -216,30 +238,33 @@ struct Request<'a, const D: usize> {
 
 impl<const D: usize> Conditioned<'_, D> {
     /// Puts down what a direction of a condition prescribes over pieces of the boundary, if it does; the pieces of the one before are
-    /// shared where they are the same.
+    /// shared where they are the same. None where it selects no facet.
     fn request<'a>(
         &self,
         single: Single<'a, D>,
         nodes: &[Vec3],
         claims: &mut Claims,
         last: &mut Vec<Arc<BoundaryCells<3>>>,
-    ) -> Result<Request<'a, D>, Error> {
+    ) -> Result<Option<Request<'a, D>>, Error> {
         if let Direction::Component(component) = *single.direction {
             check_component(component, D, &single.what.label)?;
         }
         let (Spot::Part(part), Some(facets)) = (&single.place.spot, self.facets) else {
-            return Ok(Request { single, over: None });
+            return Ok(Some(Request { single, over: None }));
         };
         let mut particles: Vec<usize> = self.cells.particles_on(part)?;
         particles.retain(|&particle| single.place.holds(&self.cells.positions()[particle]));
         stays_off_axis(self.scene, &single, self.cells, &particles)?;
         let pieces = self.pieces(&single, part, facets, &[])?;
-        ensure!(!pieces.iter().all(|piece| piece.traces.is_empty()), empty(self.cells, part, &single)?);
+        if pieces.iter().all(|piece| piece.traces.is_empty()) {
+            ensure!(!single.place.within.is_empty(), bare(&single));
+            return Ok(None);
+        }
         let pieces = shared(pieces, last);
         let own = (&pieces[..], self.cells.rebuilds_traces());
         let numbers = claims.add((D, nodes), own, &single.what)?;
         last.clone_from(&pieces);
-        Ok(Request { single, over: Some((pieces, numbers)) })
+        Ok(Some(Request { single, over: Some((pieces, numbers)) }))
     }
 
     /// The pieces of a part for a direction of a condition.
@@ -261,7 +286,8 @@ impl<const D: usize> Conditioned<'_, D> {
         Ok(pieces.mapped(BoundaryCells::padded))
     }
 
-    /// Adds the equations of one direction of a condition; integrals of the one before are kept where its pieces are the same.
+    /// Adds the equations of one direction of a condition; integrals of the one before are kept where its pieces are the same. Whether it
+    /// selects anything.
     fn add(
         &self,
         equations: &mut Constraints,
@@ -270,7 +296,7 @@ impl<const D: usize> Conditioned<'_, D> {
         nodes: &[Vec3],
         yielded: &[HashSet<u32>],
         last: &mut Vec<(FacetFunctions, Option<Sums>)>,
-    ) -> Result<(), Error> {
+    ) -> Result<bool, Error> {
         let single = &request.single;
         equations.add_break_points(single.break_points());
         let Some((pieces, numbers)) = &request.over else {
@@ -296,20 +322,21 @@ impl<const D: usize> Conditioned<'_, D> {
             let others = Some(yielded.get(number).unwrap_or(&none));
             equations.integrate(nodes, (functions, sums), &single.what, others)?;
         }
-        Ok(())
+        Ok(true)
     }
 
-    /// Adds the equations of one direction of a condition at particles.
+    /// Adds the equations of one direction of a condition at particles; whether it selects any.
     fn collocate(
         &self,
         equations: &mut Constraints,
         (mine, left_out): (Numbered<'_, D>, &HashSet<usize>),
         single: &Single<'_, D>,
-    ) -> Result<(), Error> {
+    ) -> Result<bool, Error> {
         let (cells, place) = (self.cells, single.place);
         let mut nodes = particles_of(cells, place, &single.what.label)?;
-        if let (Spot::Part(part), true) = (&place.spot, nodes.is_empty()) {
-            return Err(empty(cells, part, single)?);
+        if nodes.is_empty() {
+            ensure!(!place.within.is_empty(), bare(single));
+            return Ok(false);
         }
         stays_off_axis(self.scene, single, cells, &nodes)?;
         nodes.retain(|node| !left_out.contains(node));
@@ -320,7 +347,14 @@ impl<const D: usize> Conditioned<'_, D> {
             Spot::Part(part) => normals(cells, part, &nodes, single.direction)?,
             _ => Vec::new(),
         };
-        equations.collocate(self.approximation, &nodes, &normals, &single.what)
+        equations.collocate(self.approximation, &nodes, &normals, &single.what)?;
+        Ok(true)
+    }
+
+    /// The number of the rigid body of a part that is tied to one.
+    fn rigid(&self, part: usize) -> usize {
+        let name = &self.scene.rigids[part].0;
+        self.scene.rigid_names().iter().position(|known| known == name).unwrap_or(0)
     }
 
     /// What conditions prescribe at particles that are tied to rigid bodies, and which particles these are for each condition. Faces
@@ -335,7 +369,7 @@ impl<const D: usize> Conditioned<'_, D> {
         // Places that don't exist are refused with their own condition.
         let of = |place: &Place<D>| particles_of(cells, place, "").unwrap_or_default();
         let ties: Vec<(usize, bool, HashSet<usize>)> =
-            tied.mapped(|(rigid, place)| (*rigid, place.is_on_part(), of(place).into_iter().collect()));
+            tied.mapped(|(part, place)| (self.rigid(*part), place.is_on_part(), of(place).into_iter().collect()));
         let mut particles = vec![HashSet::new(); mine.len()];
         for (((condition, place), requests), own) in mine.iter().zip(requests).zip(&mut particles) {
             for (rigid, _, tied) in ties.iter().filter(|tie| !(tie.1 && place.is_on_part())) {
@@ -420,16 +454,20 @@ fn shared(pieces: Vec<BoundaryCells<3>>, known: &[Arc<BoundaryCells<3>>]) -> Vec
     pieces.into_iter().enumerate().map(shared).collect()
 }
 
-/// The error of a part, or of a part of it, that holds nothing.
-fn empty<const D: usize>(cells: &dyn Cells<D>, part: &Part, single: &Single<'_, D>) -> Result<Error, Error> {
-    let label = &single.what.label;
-    if single.place.within.is_empty() {
-        let remedy =
-            "return them from Cells::boundary and Cells::boundary_nodes, or an error where there is no such part";
-        return Ok(Incompatible::new(label.to_string(), "cells without facets or particles there", remedy).into());
-    }
-    let nearest = cells.particles_on(part)?.first().map(|&node| cells.positions()[node].as_slice().to_vec());
-    Ok(BoundaryError::Empty { what: label.to_string(), nearest: nearest.unwrap_or_default() }.into())
+/// The error of a whole part that holds nothing.
+fn bare<const D: usize>(single: &Single<'_, D>) -> Incompatible {
+    let remedy = "return them from Cells::boundary and Cells::boundary_nodes, or an error where there is no such part";
+    Incompatible::new(single.what.label.clone(), "cells without facets or particles there", remedy)
+}
+
+/// The error of some of a part, or of the body, that holds nothing.
+fn empty<const D: usize>(cells: &dyn Cells<D>, single: &Single<'_, D>) -> BoundaryError {
+    let among = match &single.place.spot {
+        Spot::Part(part) => cells.particles_on(part).unwrap_or_default(),
+        _ => vec![0],
+    };
+    let nearest = among.first().and_then(|&node| cells.positions().get(node)).map(|x| x.as_slice().to_vec());
+    BoundaryError::Empty { what: single.what.label.clone(), nearest: nearest.unwrap_or_default() }
 }
 
 /// The particle that is nearest to a point.
@@ -477,7 +515,7 @@ mod tests {
             let all = scene.conditions.iter().flat_map(|condition| singles(condition, &condition.place));
             let (mut claims, nodes) = (Claims::default(), all_padded(approximation.nodes()));
             let requests: Vec<_> =
-                all.map(|single| of.request(single, &nodes, &mut claims, &mut Vec::new()).unwrap()).collect();
+                all.filter_map(|single| of.request(single, &nodes, &mut claims, &mut Vec::new()).unwrap()).collect();
             let yielded = claims.settle((2, &nodes)).yielded;
             let none = (&[][..], &HashSet::new());
             for request in &requests {

@@ -1,5 +1,6 @@
 //! From scene and scheme to a problem.
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -21,7 +22,7 @@ use crate::term::{FollowerPressure, Integrand, Pointwise};
 
 use super::body_cells::all_cells;
 use super::bond::bond_all;
-use super::conditions::{Refused, particle_at};
+use super::conditions::{Nowhere, Refused, particle_at};
 use super::contact::{contact_definition, hold_free, rigid_dof_count};
 use super::discrete_body::DiscreteBody;
 use super::elements::elements;
@@ -87,8 +88,7 @@ pub(crate) fn discretize<const D: usize>(
         let has = |body: usize, at: &Point<D>| member(all.iter().map(|(_, cells)| &**cells), at) == Some(body);
         distribute(scene, &all, (number, &load.place), &|| load.label(), &has, &mut loads)?;
     }
-    for (name, place) in &scene.rigids {
-        let number = scene.rigid_names().iter().position(|other| other == name).unwrap_or(0);
+    for (number, (name, place)) in scene.rigids.iter().enumerate() {
         for body in scene.bodies_at(&scene.resolve(place), &|| format!("rigid body {name}"), &all, &|_| true)? {
             ties[body].push((number, scene.resolve(place)));
         }
@@ -96,18 +96,42 @@ pub(crate) fn discretize<const D: usize>(
     let particles_of_all: usize = all.iter().map(|(_, cells)| cells.positions().len()).sum();
     let total = particles_of_all + rigid_dof_count(scene) + scene.rigid_names().len() * (D + 1);
     let mut first = 0;
-    let mut built = Vec::with_capacity(scene.bodies.len());
+    let (mut built, mut nowhere) = (Vec::with_capacity(scene.bodies.len()), <[Nowhere; 3]>::default());
     for (number, body) in scene.bodies.iter().enumerate() {
         let (scheme, cells) = (&all[number].0, all[number].1.clone());
         let (conditions, loads, ties) = (&conditions[number], &loads[number], &ties[number]);
         let of = BodyInput { scene, body, scheme, cells, conditions, loads, ties, first, total, sharing: &sharing };
         first += of.cells.positions().len();
-        built.push(match scheme.approximation {
+        let mut own = match scheme.approximation {
             ApproximationChoice::Particles => particles(&of, refused)?,
             ApproximationChoice::Elements => elements(&of, refused)?,
-        });
+        };
+        nowhere.iter_mut().zip(&mut own.nowhere).for_each(|(all, own)| all.append(own));
+        built.push(own);
     }
+    let [idle, untied, unloaded] = nowhere;
+    refuse_nowhere(&conditions, idle, refused)?;
+    refuse_nowhere(&ties, untied, &mut Err)?;
+    refuse_nowhere(&loads, unloaded, &mut Err)?;
     finish(scene, scheme, &all, built, &sharing)
+}
+
+/// Refuses what selects nothing on any of the bodies that it is given to.
+fn refuse_nowhere<const D: usize>(
+    given: &[Vec<(usize, Place<D>)>],
+    nowhere: Nowhere,
+    refused: Refused<'_>,
+) -> Result<(), Error> {
+    let mut left: HashMap<usize, usize> = HashMap::new();
+    given.iter().flatten().for_each(|(number, _)| *left.entry(*number).or_default() += 1);
+    for (number, error) in nowhere {
+        let left = left.entry(number).or_default();
+        *left = left.saturating_sub(1);
+        if *left == 0 {
+            refused(error)?;
+        }
+    }
+    Ok(())
 }
 
 /// Gives a condition or load to the bodies at its place, at points to those that have them; rigid bodies come later.
@@ -231,6 +255,7 @@ fn finish<const D: usize>(
         ties: tied,
         at_ties: own_at_ties,
         krylov: own_krylov,
+        ..
     } in built
     {
         let (equation, node) = (equations.len(), discrete_body.nodes.start);

@@ -68,11 +68,13 @@ pub(crate) fn elements<const D: usize>(
             )
         },
     };
-    let loads = load_tables(definition, &elements, &tables)?;
-    let Prescribed { equations, placed, ties, at_ties } = definition.prescribed(&elements, None, refused)?;
+    let (loads, unloaded) = load_tables(definition, &elements, &tables)?;
+    let Prescribed { equations, placed, ties, at_ties, nowhere: [idle, untied] } =
+        definition.prescribed(&elements, None, refused)?;
     let dilations = list_of(cells.positions().len(), |node| cells.local_spacing(node));
     let facets = FacetRule { parts: 1, gauss: points };
     let discrete_body =
         definition.discrete_body(body, Box::new(elements), Facets::OfElements { order, gauss: points }, dilations, 0);
-    Ok(BuiltBody { discrete_body, facets, equations, placed, loads, ties, at_ties, krylov: None })
+    let nowhere = [idle, untied, unloaded];
+    Ok(BuiltBody { discrete_body, facets, equations, placed, loads, ties, at_ties, nowhere, krylov: None })
 }

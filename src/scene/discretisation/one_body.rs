@@ -14,7 +14,7 @@ use crate::shape::Approximation;
 use crate::table::ShapeTable;
 use crate::term::Body;
 
-use super::conditions::{Conditioned, Placed, Prescribed, Refused, TiedPrescription, equations};
+use super::conditions::{Conditioned, Nowhere, Placed, Prescribed, Refused, TiedPrescription, equations};
 use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
 use super::sharing::Sharing;
@@ -32,7 +32,7 @@ pub(crate) struct BodyInput<'a, const D: usize> {
     pub(crate) cells: Arc<dyn Cells<D>>,
     pub(crate) conditions: &'a [(usize, Place<D>)],
     pub(crate) loads: &'a [(usize, Place<D>)],
-    /// Rigid bodies, by their numbers, and the parts tied to them.
+    /// The parts tied to rigid bodies, by their numbers among all of them.
     pub(crate) ties: &'a [(usize, Place<D>)],
     pub(crate) first: usize,
     pub(crate) total: usize,
@@ -51,6 +51,8 @@ pub(crate) struct BuiltBody<const D: usize> {
     pub(crate) ties: Vec<(usize, Range<usize>)>,
     /// What conditions prescribe at particles that are tied to rigid bodies.
     pub(crate) at_ties: Vec<TiedPrescription>,
+    /// Conditions, parts tied to rigid bodies, and loads that select nothing here.
+    pub(crate) nowhere: [Nowhere; 3],
     /// An iterative solver, where one is chosen.
     pub(crate) krylov: Option<Krylov>,
 }
@@ -124,13 +126,13 @@ fn empty<const D: usize>(definition: &BodyInput<'_, D>, what: String, place: &Pl
     BoundaryError::NoFacet { what, low: low.as_slice().to_vec(), high: high.as_slice().to_vec() }
 }
 
-/// The tables of the loads on a body.
+/// The tables of the loads on a body, and the loads that select nothing on it.
 pub(crate) fn load_tables<const D: usize>(
     definition: &BodyInput<'_, D>,
     approximation: &dyn Approximation<D>,
     tables: &Tables<'_, D>,
-) -> Result<Vec<(usize, ShapeTable<D>)>, Error> {
-    let mut built = Vec::with_capacity(definition.loads.len());
+) -> Result<(Vec<(usize, ShapeTable<D>)>, Nowhere), Error> {
+    let (mut built, mut nowhere) = (Vec::with_capacity(definition.loads.len()), Vec::new());
     for (number, place) in definition.loads {
         let load = &definition.scene.loads[*number];
         if let LoadKind::Moment(_) = load.kind {
@@ -152,8 +154,10 @@ pub(crate) fn load_tables<const D: usize>(
         let table = definition.sharing.agreed(table())?;
         let mut points = [table.weights().len() as f64];
         definition.sharing.total(&mut points);
-        ensure!(points[0] != 0.0, empty(definition, load.label(), place));
-        built.push((*number, definition.among_all(table)));
+        match points[0] {
+            0.0 => nowhere.push((*number, empty(definition, load.label(), place).into())),
+            _ => built.push((*number, definition.among_all(table))),
+        }
     }
-    Ok(built)
+    Ok((built, nowhere))
 }

@@ -35,7 +35,8 @@ pub(crate) fn particles<const D: usize>(
         ConstraintKind::OverBoundary => true,
     };
     let rule = over_boundary.then_some(facets);
-    let Prescribed { equations, placed, ties, at_ties } = definition.prescribed(&approximation, rule, refused)?;
+    let Prescribed { equations, placed, ties, at_ties, nowhere: [idle, untied] } =
+        definition.prescribed(&approximation, rule, refused)?;
     // Of clusters that are zones of cells.
     let zones = zone.map(|size| sharing.zones(&**cells, cells.zones(size))).transpose()?;
     if let Some(zones) = &zones {
@@ -60,12 +61,13 @@ pub(crate) fn particles<const D: usize>(
             ShapeTable::new(&approximation, &points.retained(|x| place.holds(x)), kinematics)
         },
     };
-    let loads = load_tables(definition, &approximation, &tables)?;
+    let (loads, unloaded) = load_tables(definition, &approximation, &tables)?;
     let krylov = match super::space::is_one_body(scene) {
         true => super::space::krylov(scene, scheme, &**cells, &approximation, &body, &equations, sharing)?,
         false => None,
     };
     let discrete_body =
         definition.discrete_body(body, Box::new(approximation), Facets::OfCells(facets), dilations, raised);
-    Ok(BuiltBody { discrete_body, facets, equations, placed, loads, ties, at_ties, krylov })
+    let nowhere = [idle, untied, unloaded];
+    Ok(BuiltBody { discrete_body, facets, equations, placed, loads, ties, at_ties, nowhere, krylov })
 }
