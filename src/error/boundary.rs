@@ -133,6 +133,18 @@ pub enum BoundaryError {
         /// A point in both.
         at: Vec<f64>,
     },
+    /// Two bodies share a face that can't be bonded.
+    #[error(
+        "bodies {first} and {second} share a face, but a facet at X = {at:?} is too large to be bonded to those of the other body: give its body more particles there, or leave the two unbonded (Scene::unbonded)"
+    )]
+    Unmatched {
+        /// The one.
+        first: String,
+        /// The other.
+        second: String,
+        /// The middle of the facet.
+        at: Vec<f64>,
+    },
     /// A name is empty.
     #[error("{what} has an empty name: give it a name, by which its results are found")]
     Nameless {

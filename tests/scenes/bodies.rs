@@ -308,7 +308,12 @@ fn tube_in_line(n: usize, pressure: f64) -> [f64; 2] {
 }
 
 /// The same of a quarter in the plane or, between two planes a tenth apart, in space.
-fn quarter<const D: usize>(kinematics: impl Kinematics<D> + 'static, n: usize, pressure: f64) -> [f64; 2] {
+fn quarter<const D: usize>(
+    kinematics: impl Kinematics<D> + 'static,
+    n: usize,
+    around: [usize; 2],
+    pressure: f64,
+) -> [f64; 2] {
     let [soft, stiff] = [0.5, 10.0].map(|a10| Rubber::neo_hookean(a10, 4e4 * a10).unwrap());
     let height = 0.1;
     let ring = |inner: f64, outer: f64| {
@@ -325,7 +330,10 @@ fn quarter<const D: usize>(kinematics: impl Kinematics<D> + 'static, n: usize, p
         .body("inner", ring(RADII[0], RADII[1]), soft)
         .body("outer", ring(RADII[1], RADII[2]), stiff)
         .pressure(Place::on(Side::Min).of("inner"), pressure);
-    for body in ["inner", "outer"] {
+    for (body, around) in ["inner", "outer"].into_iter().zip(around) {
+        let mut counts = vec![n, around];
+        counts.resize(D, 3);
+        scene = scene.scheme_of(body, move |scheme| scheme.particles(counts.clone()));
         scene = scene.prescribe(Place::on((1, Side::Min)).of(body), 1, 0.0).prescribe(
             Place::on((1, Side::Max)).of(body),
             0,
@@ -339,9 +347,7 @@ fn quarter<const D: usize>(kinematics: impl Kinematics<D> + 'static, n: usize, p
             );
         }
     }
-    let mut counts = vec![n, 2 * n - 1];
-    counts.resize(D, 3);
-    let problem = scene.discretize(&Scheme::default().particles(counts)).unwrap();
+    let problem = scene.discretize(&Scheme::default()).unwrap();
     let path = problem.run().unwrap().completed().unwrap();
     let at = Point::<D>::from_fn(|i, _| if i == 0 { RADII[0] } else { 0.0 });
     let bore = problem.displacement(path.last(), &at).unwrap()[0];
@@ -356,12 +362,66 @@ fn a_tube_of_two_layers_meets_its_closed_form() {
     for (n, allowed) in [(5, 0.01), (9, 0.003)] {
         let found = [
             off(tube_in_line(n, pressure)),
-            off(quarter::<2>(PlaneStrain, n, pressure)),
-            off(quarter::<3>(Solid, n, pressure)),
+            off(quarter::<2>(PlaneStrain, n, [2 * n - 1; 2], pressure)),
+            off(quarter::<3>(Solid, n, [2 * n - 1; 2], pressure)),
         ];
         println!("{n} + {n} across: {found:?}");
         assert!(found.iter().flatten().all(|error| error.abs() < allowed), "{n}: {found:?}");
     }
+    // Facets on one side that are eight times as long. Between coarse functions on the stiff side the soft one bulges.
+    for (around, allowed) in [([7, 49], 0.01), ([49, 7], 0.08)] {
+        let found = off(quarter::<2>(PlaneStrain, 5, around, pressure));
+        println!("{around:?} around: {found:?}");
+        assert!(found.iter().all(|error| error.abs() < allowed), "{around:?}: {found:?}");
+    }
+}
+
+/// Faces that are shared and can't be bonded are refused; bodies that touch at an edge or a corner, or gape from there, are not bonded.
+#[test]
+fn faces_too_unlike_to_be_bonded_are_refused() {
+    fn bonds<const D: usize>(scene: &Scene<D>) -> Result<bool, BoundaryError> {
+        match scene.discretize(&Scheme::default()) {
+            Ok(problem) => Ok(problem.reaction(&problem.at_rest(), "bond of base and other").is_ok()),
+            Err(Error::Boundary(error)) => Err(error),
+            Err(error) => panic!("{error}"),
+        }
+    }
+    fn two<const D: usize>(
+        kinematics: impl Kinematics<D> + 'static,
+        [base, other]: [(Geometry<D>, Vec<usize>); 2],
+    ) -> Scene<D> {
+        Scene::assembly(kinematics)
+            .body("base", base.0, soft())
+            .body("other", other.0, soft())
+            .scheme_of("base", move |scheme| scheme.particles(base.1.clone()))
+            .scheme_of("other", move |scheme| scheme.particles(other.1.clone()))
+    }
+    let base = |counts: [usize; 2]| (Geometry::from(Block::new([0.0, 0.0], [9.0, 1.0])), counts.to_vec());
+    let plane =
+        |low: [f64; 2], high: [f64; 2], counts: [usize; 2]| (Geometry::from(Block::new(low, high)), counts.to_vec());
+    // A stud within one facet of its base.
+    let stud = || plane([3.5, 1.0], [4.2, 2.0], [4, 4]);
+    let refused = bonds(&two(PlaneStrain, [base([4, 3]), stud()])).unwrap_err();
+    assert!(matches!(&refused, BoundaryError::Unmatched { at, .. } if at[..] == [4.5, 1.0]), "{refused}");
+    assert_eq!(bonds(&two(PlaneStrain, [base([4, 3]), stud()]).unbonded("base", "other")), Ok(false));
+    assert_eq!(bonds(&two(PlaneStrain, [base([37, 3]), stud()])), Ok(true));
+    // One facet of a quarter turn on many short ones.
+    let ring = |inner: f64, around: usize| {
+        let ring = Mapped(move |unit: &Point<2>| {
+            let (sin, cos) = (std::f64::consts::FRAC_PI_2 * unit[1]).sin_cos();
+            Point::<2>::new(cos, sin) * (inner + unit[0])
+        });
+        (Geometry::from(ring), vec![5, around])
+    };
+    let refused = bonds(&two(PlaneStrain, [ring(1.0, 2), ring(2.0, 33)])).unwrap_err();
+    assert!(matches!(refused, BoundaryError::Unmatched { .. }), "{refused}");
+    // At a corner, on a corner that gapes, and along an edge.
+    assert_eq!(bonds(&two(PlaneStrain, [base([37, 5]), plane([9.0, 1.0], [12.0, 2.0], [3, 3])])), Ok(false));
+    let gaping = Quadrilateral { corners: [[4.0, 1.0], [7.0, 1.9], [7.0, 2.9], [4.0, 2.0]] };
+    assert_eq!(bonds(&two(PlaneStrain, [base([91, 3]), (Geometry::from(gaping), vec![4, 3])])), Ok(false));
+    let space = |low: [f64; 3], high: [f64; 3], n: usize| (Geometry::from(Block::new(low, high)), vec![n]);
+    let [fine, coarse] = [space([0.0; 3], [1.0; 3], 7), space([1.0, 0.0, 1.0], [3.0, 1.0, 2.0], 3)];
+    assert_eq!(bonds(&two(Solid, [fine, coarse])), Ok(false));
 }
 
 /// What `within` selects on one of the bodies that have a part is enough; on none of them it is refused, on the whole body too.

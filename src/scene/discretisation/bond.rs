@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::boundary::{Constraints, FacetFunctions};
 use crate::cells::BoundaryCells;
-use crate::error::Error;
+use crate::error::{BoundaryError, Error};
 use crate::geometry::{Disjoint, Part, Vec3};
 use crate::kinematics::Kinematics;
 use crate::neighbours::BoxTree;
@@ -13,7 +13,7 @@ use crate::neighbours::BoxTree;
 use super::conditions::Placed;
 use super::discrete_body::DiscreteBody;
 use super::facet_rule::FacetRule;
-use super::interface::{Face, carried, shared};
+use super::interface::{Face, Shared, carried, shared};
 use super::interface_moments::{Weighed, correct};
 use crate::scene::{BodyCells, Scene, Spot};
 
@@ -44,7 +44,11 @@ fn bond<const D: usize>(
     boundaries: [BoundaryCells<D>; 2],
     kinematics: &dyn Kinematics<D>,
 ) -> Result<bool, Error> {
-    let chosen = shared(D, boundaries.each_ref().map(BoundaryCells::padded));
+    let Shared { chosen, unmatched, .. } = shared(D, boundaries.each_ref().map(BoundaryCells::padded));
+    if let Some(at) = unmatched {
+        let [first, second] = bodies.map(|body| body.name.clone());
+        return Err(BoundaryError::Unmatched { first, second, at: at.as_slice()[..D].to_vec() }.into());
+    }
     if chosen.iter().any(Vec::is_empty) {
         return Ok(false);
     }

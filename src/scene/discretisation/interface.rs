@@ -1,5 +1,6 @@
 //! The faces that two bodies share: their facets, and functions of one side carried to the other.
 
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
@@ -14,9 +15,12 @@ use crate::order::accumulate;
 
 use super::discrete_body::DiscreteBody;
 
-/// Facets of two bodies lie on each other where the distance across is below this part of their size: chords of one arc, cut
+/// Facets of two bodies lie on each other where the distance across is below this part of the larger one's size: chords of one arc, cut
 /// into facets of different lengths, are a sixteenth of a quarter turn apart at most.
 const ACROSS: f64 = 0.05;
+
+/// Rounding of normals, and of distances in terms of a facet's size.
+const ROUNDING: f64 = 1e-6;
 
 /// A face of a body: its facets on an interface.
 pub(crate) struct Face {
@@ -68,22 +72,24 @@ impl Facets {
         facets
     }
 
-    /// Whether a point lies on the facet that is nearest to it by its own size.
-    fn holds(&self, among: &[usize], x: &Vec3, normal: &Vec3) -> bool {
-        let Some(nearest) = self.nearest(among, x) else { return false };
+    /// The facet that is nearest to a point by its own size, where the point lies over it and the normals are opposite; with the distance
+    /// across.
+    fn below(&self, among: &[usize], x: &Vec3, normal: &Vec3) -> Option<(usize, f64)> {
+        let nearest = self.nearest(among, x)?;
         let (offset, size, own) = (x - self.middles[nearest], self.sizes[nearest], self.normals[nearest]);
         let across = offset.dot(&own);
         let along = offset - own * across;
         let inside = match self.dim {
             // Ends of lines that meet differ by rounding.
             1 => {
-                offset.norm() <= ACROSS * 1e-6 * self.middles.iter().map(|x| x.amax()).fold(f64::MIN_POSITIVE, f64::max)
+                offset.norm()
+                    <= ACROSS * ROUNDING * self.middles.iter().map(|x| x.amax()).fold(f64::MIN_POSITIVE, f64::max)
             }
-            2 => along.norm() <= 0.5 * size * (1.0 + 1e-6),
+            2 => along.norm() <= 0.5 * size * (1.0 + ROUNDING),
             // Half a diagonal and a little; neighbours are nearer to points beyond it.
             _ => (self.shapes[nearest] * along).norm() <= 0.75,
         };
-        inside && (self.dim == 1 || own.dot(normal) < -0.5) && across.abs() <= ACROSS * size
+        (inside && (self.dim == 1 || own.dot(normal) < -0.5)).then_some((nearest, across.abs()))
     }
 
     fn nearest(&self, among: &[usize], x: &Vec3) -> Option<usize> {
@@ -115,8 +121,17 @@ fn shape<'a>(middle: Vec3, size: f64, area: f64, points: impl Iterator<Item = (&
 /// Sides below this part of the size of a facet are none: its points lie on a line or a plane.
 const FLAT: f64 = 1e-3;
 
-/// The facets of two bodies that lie on each other, by their numbers.
-pub(crate) fn shared(dim: usize, cells: [BoundaryCells<3>; 2]) -> [Vec<usize>; 2] {
+/// The facets of two bodies that lie on each other.
+pub(crate) struct Shared {
+    /// By their numbers.
+    pub(crate) chosen: [Vec<usize>; 2],
+    /// The middle of a facet that is too large to lie on those of the other body that lie on it.
+    pub(crate) unmatched: Option<Vec3>,
+    facets: [Facets; 2],
+}
+
+/// Looks for the facets of two bodies that lie on each other.
+pub(crate) fn shared(dim: usize, cells: [BoundaryCells<3>; 2]) -> Shared {
     let facets = cells.map(|cells| Facets::of(dim, &cells));
     // What lies in the box of the other body, with the margin of a facet.
     let near: [Vec<usize>; 2] = std::array::from_fn(|side| {
@@ -126,11 +141,53 @@ pub(crate) fn shared(dim: usize, cells: [BoundaryCells<3>; 2]) -> [Vec<usize>; 2
         let inside = |x: &Vec3| (0..3).all(|i| x[i] >= low[i] - margin && x[i] <= high[i] + margin);
         (0..own.middles.len()).filter(|&k| inside(&own.middles[k])).collect()
     });
-    std::array::from_fn(|side| {
+    let below: [HashMap<usize, (usize, f64)>; 2] = std::array::from_fn(|side| {
         let (own, other) = (&facets[side], &facets[1 - side]);
-        let on = |k: &usize| other.holds(&near[1 - side], &own.middles[*k], &own.normals[*k]);
-        near[side].iter().copied().filter(on).collect()
-    })
+        let under = |&k: &usize| Some((k, other.below(&near[1 - side], &own.middles[k], &own.normals[k])?));
+        near[side].iter().filter_map(under).collect()
+    });
+    let chosen: [Vec<usize>; 2] = std::array::from_fn(|side| {
+        let lies = |k: &usize| {
+            let size = |under: usize| facets[side].sizes[*k].max(facets[1 - side].sizes[under]);
+            below[side].get(k).is_some_and(|&(under, across)| across <= ACROSS * size(under))
+        };
+        near[side].iter().copied().filter(lies).collect()
+    });
+    let mut shared = Shared { chosen, unmatched: None, facets };
+    shared.unmatched = (0..2).find_map(|side| shared.unmatched(side, &below));
+    shared
+}
+
+impl Shared {
+    /// The middle of a facet of one side that does not lie on the other body, though facets of that lie on it: on both sides of its middle,
+    /// which is over the other body too, as on coarse chords of an arc; or within it in its plane, as on one that is larger than the whole
+    /// other face. Facets at the ends of faces, and where one turns away from the other, are none of these.
+    fn unmatched(&self, side: usize, below: &[HashMap<usize, (usize, f64)>; 2]) -> Option<Vec3> {
+        let (own, other) = (&self.facets[side], &self.facets[1 - side]);
+        let mut on: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for &k in &self.chosen[1 - side] {
+            let (under, _) = below[1 - side][&k];
+            if self.chosen[side].binary_search(&under).is_err() {
+                on.entry(under).or_default().push(k);
+            }
+        }
+        // Within any triangle and any parallelogram of the facet's moments.
+        let within = if own.dim < 3 { 0.5 } else { 6f64.sqrt().recip() };
+        let unmatched = |(facet, others): &(&usize, &Vec<usize>)| {
+            let (middle, size) = (own.middles[**facet], own.sizes[**facet]);
+            let offsets = others.mapped(|&k| own.shapes[**facet] * (other.middles[k] - middle));
+            // More than a third of a turn apart.
+            let apart = |a: &Vec3| offsets.iter().any(|b| a.dot(b) < -0.5 * a.norm() * b.norm());
+            let in_plane = |(&k, offset): (&usize, &Vec3)| {
+                let across = (other.middles[k] - middle).dot(&own.normals[**facet]).abs();
+                let parallel = (other.normals[k] + own.normals[**facet]).norm() <= ROUNDING;
+                parallel && across <= ROUNDING * size && offset.norm() <= within
+            };
+            (below[side].contains_key(*facet) && offsets.iter().any(apart))
+                || (self.chosen[side].is_empty() && others.iter().zip(&offsets).any(in_plane))
+        };
+        on.iter().find(unmatched).map(|(facet, _)| own.middles[*facet])
+    }
 }
 
 impl Face {
@@ -259,7 +316,9 @@ mod tests {
             for other in [[17, 9, 2], [5, 17, 2], [33, 33, 2], [3, 5, 2]] {
                 let lower = face(counts, 0.0, Side::Max);
                 let upper = face(other, 1.0, Side::Min);
-                let found = shared(3, [lower.clone(), upper.clone()]).map(|facets| facets.len());
+                let shared = shared(3, [lower.clone(), upper.clone()]);
+                assert_eq!(shared.unmatched, None);
+                let found = shared.chosen.map(|facets| facets.len());
                 let all = [&lower, &upper].map(|cells| cells.points.groups.len() - 1);
                 assert_eq!(found, all, "{counts:?} {other:?}");
             }
