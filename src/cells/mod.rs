@@ -37,7 +37,7 @@ pub use lattice::Lattice;
 pub use layout::Layout;
 pub(crate) use locator::Locator;
 pub use partition::Cells;
-pub(crate) use partition::{EDGE, member};
+pub(crate) use partition::{EDGE, member, members};
 pub use refined::Refined;
 pub use scatter::Scatter;
 pub use smoothing::Smoothing;

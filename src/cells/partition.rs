@@ -279,6 +279,16 @@ pub(crate) fn member<'a, const D: usize>(
     bodies.clone().position(|cells| cells.encloses(at)).or_else(|| bodies.position(|cells| cells.contains(at)))
 }
 
+/// The bodies that a point lies in: several on an interface; near their surfaces outside all of them, the one that it is nearly in.
+pub(crate) fn members<'a, const D: usize>(
+    bodies: impl Iterator<Item = &'a dyn Cells<D>> + Clone,
+    at: &Point<D>,
+) -> Vec<usize> {
+    let within: Vec<usize> =
+        bodies.clone().enumerate().filter(|(_, cells)| cells.encloses(at)).map(|(body, _)| body).collect();
+    if within.is_empty() { member(bodies, at).into_iter().collect() } else { within }
+}
+
 impl<const D: usize> Cells<D> for Lattice<D> {
     fn positions(&self) -> &[Point<D>] {
         self.positions()

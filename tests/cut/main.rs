@@ -274,7 +274,7 @@ fn a_cylinder_between_its_ends() {
 fn cells_beside_a_surface_tell_their_volume() {
     let rubber = || Rubber::neo_hookean(0.5, 1e3).unwrap();
     let (points, facets) = cylinder(0.5, 1.0, 24);
-    let scene = Scene::assembly(Solid).body("pin", &Solid3::new(points, facets).unwrap(), rubber()).body(
+    let scene = Scene::assembly(Solid).body("pin", Solid3::new(points, facets).unwrap(), rubber()).body(
         "block",
         Block::new([1.0, 0.0, 0.0], [2.0, 1.0, 1.0]),
         rubber(),

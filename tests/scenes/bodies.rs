@@ -459,6 +459,35 @@ fn selections_are_those_of_all_bodies() {
     }
 }
 
+/// A point of several bodies is refused unless they are bonded there.
+#[test]
+fn points_say_of_which_body_they_are() {
+    let scheme = Scheme::default().particles([5, 5]);
+    let two = |low: [f64; 2]| {
+        Scene::assembly(PlaneStrain)
+            .body("a", Block::new([0.0, 0.0], [1.0, 1.0]), soft())
+            .body("b", Block::new(low, low.map(|x| x + 1.0)), soft())
+            .hold(Place::on(Side::Min).of("a"))
+            .hold(Place::on(Side::Max).of("b"))
+    };
+    let at = || Place::at([1.0, 1.0]);
+    let push = |place: Place<2>| Load::force(place, [0.0, 0.1]);
+    let held = |place: Place<2>| Condition::on(place).component(1, 0.1);
+    let ambiguous = |scene: Scene<2>| match scene.discretize(&scheme) {
+        Ok(_) => false,
+        Err(Error::Boundary(BoundaryError::Ambiguous { known, .. })) => known == "a; b",
+        Err(error) => panic!("{error}"),
+    };
+    // Side by side, side by side and apart, and at a corner alone.
+    for (scene, bonded) in
+        [(two([1.0, 0.0]), true), (two([1.0, 0.0]).unbonded("a", "b"), false), (two([1.0, 1.0]), false)]
+    {
+        assert_eq!(ambiguous(scene.clone().with(push(at()))), !bonded);
+        assert_eq!(ambiguous(scene.clone().with(held(at()))), !bonded);
+        assert!(!ambiguous(scene.clone().with(push(at().of("b"))).with(held(at().of("a")))));
+    }
+}
+
 /// A soft pad bonded between plates a hundred times as stiff, pressed and sheared: beside elements of the same bodies.
 #[test]
 fn a_pad_between_stiff_plates_is_as_stiff_as_elements_say() {

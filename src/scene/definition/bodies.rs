@@ -93,6 +93,12 @@ impl<const D: usize> Scene<D> {
         self
     }
 
+    /// Whether two bodies, by their numbers, are left unbonded.
+    pub(crate) fn is_unbonded(&self, pair: [usize; 2]) -> bool {
+        let names = pair.map(|body| &self.bodies[body].name);
+        self.unbonded.iter().any(|[a, b]| names == [a, b] || names == [b, a])
+    }
+
     /// Refuses bodies without a name of their own, and names that no body has.
     pub(crate) fn validate_bodies(&self) -> Result<(), Error> {
         ensure!(

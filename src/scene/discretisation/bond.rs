@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::boundary::{Constraints, FacetFunctions};
 use crate::cells::BoundaryCells;
 use crate::error::{BoundaryError, Error};
-use crate::geometry::{Disjoint, Part, Vec3};
+use crate::geometry::{Disjoint, Part, Point, Vec3, padded};
 use crate::kinematics::Kinematics;
 use crate::neighbours::BoxTree;
 
@@ -95,13 +95,12 @@ fn bond<const D: usize>(
 fn bondable<const D: usize>(
     scene: &Scene<D>,
     all: &BodyCells<D>,
-    discrete_bodies: &[DiscreteBody<D>],
-    rules: &[FacetRule],
+    rule: &dyn Fn(usize) -> FacetRule,
     pair: [usize; 2],
 ) -> Result<[BoundaryCells<D>; 2], Error> {
     let boundary = |body: usize, part: &Part| {
-        let rule = rules[body];
-        discrete_bodies[body].cells.facets(part, rule.parts, rule.gauss)
+        let rule = rule(body);
+        all[body].1.facets(part, rule.parts, rule.gauss)
     };
     let mut boundaries = [boundary(pair[0], &Part::Whole)?, boundary(pair[1], &Part::Whole)?];
     for contact in scene.contact_pairs.iter().chain(&scene.released) {
@@ -125,6 +124,31 @@ fn bondable<const D: usize>(
     Ok(boundaries)
 }
 
+/// Whether bodies are bonded where they have a point in common.
+pub(crate) fn are_bonded_at<const D: usize>(
+    scene: &Scene<D>,
+    all: &BodyCells<D>,
+    bodies: &[usize],
+    at: &Point<D>,
+) -> Result<bool, Error> {
+    let mut bonded = Disjoint::new(bodies.len());
+    let mut apart = bodies.len() - 1;
+    for (k, &second) in bodies.iter().enumerate() {
+        for (j, &first) in bodies[..k].iter().enumerate() {
+            if scene.is_unbonded([first, second]) {
+                continue;
+            }
+            // Middles do not depend on the rule.
+            let boundaries = bondable(scene, all, &|_| FacetRule { parts: 1, gauss: 2 }, [first, second])?;
+            let shared = shared(D, boundaries.each_ref().map(BoundaryCells::padded));
+            if shared.chosen.iter().all(|own| !own.is_empty()) && shared.holds(&padded(at)) && bonded.join(j, k) {
+                apart -= 1;
+            }
+        }
+    }
+    Ok(apart == 0)
+}
+
 /// Bonds all bodies that share faces and are not left unbonded, but for the faces of contacts; whether there are any.
 pub(crate) fn bond_all<const D: usize>(
     scene: &Scene<D>,
@@ -142,13 +166,11 @@ pub(crate) fn bond_all<const D: usize>(
     let mut bonded = false;
     for (second, later) in discrete_bodies.iter().enumerate() {
         for (first, earlier) in discrete_bodies[..second].iter().enumerate() {
-            let names = [&earlier.name, &later.name];
-            let kept = |pair: &[String; 2]| names == [&pair[0], &pair[1]] || names == [&pair[1], &pair[0]];
-            if scene.unbonded.iter().any(kept) {
+            if scene.is_unbonded([first, second]) {
                 continue;
             }
-            let before = equations.len();
-            let boundaries = bondable(scene, all, discrete_bodies, rules, [first, second])?;
+            let (names, before) = ([&earlier.name, &later.name], equations.len());
+            let boundaries = bondable(scene, all, &|body| rules[body], [first, second])?;
             bonded |= bond(equations, &mut ties, [earlier, later], boundaries, &*scene.kinematics)?;
             // The force of the bond is that on the earlier body.
             let (name, nodes) = (Some(format!("bond of {} and {}", names[0], names[1])), earlier.nodes.clone());

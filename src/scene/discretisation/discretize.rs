@@ -8,10 +8,10 @@ use nalgebra::Matrix3;
 
 use crate::assembly::Model;
 use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation, Unaugmented};
-use crate::cells::member;
+use crate::cells::members;
 use crate::compiled::compiled;
 use crate::each::{Each, EachOf, IntoEach};
-use crate::error::{Error, Incompatible};
+use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Point, all_padded, padded};
 use crate::linear::{Direct, Krylov};
 use crate::material::Material;
@@ -21,7 +21,7 @@ use crate::table::ShapeTable;
 use crate::term::{FollowerPressure, Integrand, Pointwise};
 
 use super::body_cells::all_cells;
-use super::bond::bond_all;
+use super::bond::{are_bonded_at, bond_all};
 use super::conditions::{Nowhere, Refused, particle_at};
 use super::contact::{contact_definition, hold_free, rigid_dof_count};
 use super::discrete_body::DiscreteBody;
@@ -81,11 +81,14 @@ pub(crate) fn discretize<const D: usize>(
     let (mut loads, mut ties) = (conditions.clone(), conditions.clone());
     for (number, condition) in scene.conditions.iter().enumerate() {
         let what = || condition.name.clone().unwrap_or_else(|| format!("condition on {}", condition.place));
-        let has = |body: usize, at: &Point<D>| particle_at(&*all[body].1, at, "").is_ok();
+        let has = |at: &Point<D>| {
+            let bodies = 0..all.len();
+            bodies.filter(|body| particle_at(&*all[*body].1, at, "").is_ok()).collect()
+        };
         distribute(scene, &all, (number, &condition.place), &what, &has, &mut conditions)?;
     }
     for (number, load) in scene.loads.iter().enumerate() {
-        let has = |body: usize, at: &Point<D>| member(all.iter().map(|(_, cells)| &**cells), at) == Some(body);
+        let has = |at: &Point<D>| members(all.iter().map(|(_, cells)| &**cells), at);
         distribute(scene, &all, (number, &load.place), &|| load.label(), &has, &mut loads)?;
     }
     for (number, (name, place)) in scene.rigids.iter().enumerate() {
@@ -134,21 +137,30 @@ fn refuse_nowhere<const D: usize>(
     Ok(())
 }
 
-/// Gives a condition or load to the bodies at its place, at points to those that have them; rigid bodies come later.
+/// Gives a condition or load to the bodies at its place, at points to the one that has them; rigid bodies come later.
 fn distribute<const D: usize>(
     scene: &Scene<D>,
     all: &BodyCells<D>,
     (number, place): (usize, &Place<D>),
     what: &dyn Fn() -> String,
-    has: &dyn Fn(usize, &Point<D>) -> bool,
+    has: &dyn Fn(&Point<D>) -> Vec<usize>,
     given: &mut [Vec<(usize, Place<D>)>],
 ) -> Result<(), Error> {
     let place = scene.resolve(place);
     if scene.rigid_at(&place).is_some() {
         return Ok(());
     }
-    let chosen = |body: usize| matches!(&place.spot, Spot::Point(at) if has(body, at));
-    for body in scene.bodies_at(&place, what, all, &chosen)? {
+    let having = match (&place.spot, &place.of) {
+        (Spot::Point(at), None) => has(at),
+        _ => Vec::new(),
+    };
+    if let (Spot::Point(at), [_, _, ..]) = (&place.spot, &having[..])
+        && !are_bonded_at(scene, all, &having, at)?
+    {
+        let known = having.mapped(|body| &*scene.bodies[*body].name).join("; ");
+        return Err(BoundaryError::Ambiguous { what: what(), known }.into());
+    }
+    for body in scene.bodies_at(&place, what, all, &|body| having.first() == Some(&body))? {
         given[body].push((number, place.clone()));
     }
     Ok(())

@@ -188,6 +188,14 @@ impl Shared {
         };
         on.iter().find(unmatched).map(|(facet, _)| own.middles[*facet])
     }
+
+    /// Whether a point of both bodies belongs to the interface: it is no farther from the middle of one of its facets than that is long.
+    pub(crate) fn holds(&self, x: &Vec3) -> bool {
+        (0..2).any(|side| {
+            let own = &self.facets[side];
+            self.chosen[side].iter().any(|&k| own.dim == 1 || (own.shapes[k] * (x - own.middles[k])).norm() <= 1.0)
+        })
+    }
 }
 
 impl Face {
