@@ -1,9 +1,8 @@
-//! Tables referred to another configuration: the current one, or that of a body that has expanded.
+//! Tables referred to the configuration of a body that has expanded.
 
-use crate::each::{Each, sum_of};
-use crate::error::{Error, GeometryError, Invalid, SolveError};
+use crate::each::Each;
+use crate::error::{Error, Invalid};
 use crate::geometry::{Mat3, Point};
-use crate::tensor;
 
 use super::ShapeTable;
 
@@ -57,44 +56,5 @@ impl<const D: usize> ShapeTable<D> {
             None => Mat3::identity(),
             Some(&rest) => Mat3::from_diagonal_element(rest),
         }
-    }
-
-    /// The table referred to the current configuration: gradients
-    /// $\partial\Psi_I/\partial x_i = \partial\Psi_I/\partial X_j\\,F^{-1}_{ji}$ (4.48), hoops over the current
-    /// radius, weights $J\\,w$, positions $x$ where the table holds values.
-    ///
-    /// The kernel stays the material one (4.47): the same particles are seen however far they move.
-    ///
-    /// # Errors
-    /// Where $\det F \le 0$, and where `d` is too short for the nodes.
-    pub fn pushed_forward(&self, d: &[f64]) -> Result<Self, Error> {
-        let (given, needed) = (d.len(), self.node_count * D);
-        ensure!(given >= needed, SolveError::Length { what: "displacement to push a table forward by", given, needed });
-        let mut current = self.clone();
-        current.separate();
-        for point in 0..self.point_count() {
-            let f = self.at_rest(point) + self.displacement_gradient(point, d);
-            let jacobian = f.determinant();
-            let inverse = match tensor::inverse(&f) {
-                Some(inverse) if jacobian > 0.0 => inverse,
-                _ => return Err(GeometryError::InvertedCell { cell: point, measure: jacobian }.into()),
-            };
-            let n = self.nodes(point).len();
-            let start = current.entries(point).start * self.slots;
-            let old = self.gradients(point);
-            for a in 0..n {
-                for i in 0..D {
-                    current.gradients[start + i * n + a] = sum_of(D, |j| old[j * n + a] * inverse[(j, i)]);
-                }
-                if let Some(&k) = self.hoops.first() {
-                    current.gradients[start + D * n + a] = old[D * n + a] * inverse[(k, k)];
-                }
-            }
-            current.weights[point] *= jacobian;
-            if !self.values.is_empty() {
-                current.positions[point] += self.displacement(point, d);
-            }
-        }
-        Ok(current)
     }
 }
