@@ -6,9 +6,8 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::cells::CORNER;
 use crate::cells::pieces::{EXACT, reproducing};
-use crate::each::{Each, EachOf, IntoEach, array_of};
-use crate::geometry::{Disjoint, Vec3};
-use crate::rows::Rows;
+use crate::each::{Each, EachOf, IntoEach};
+use crate::geometry::{Cubes, Disjoint, Vec3};
 
 /// Radius within which particles carry the functions of a point, in bricks of the spacing at the particle: with three quarters of it the patch test leaves 3e-3.
 const REACH: f64 = 4.0;
@@ -25,12 +24,12 @@ const UNSEEN: f64 = 1e-3;
 /// Rounds of leaving such ones out: functions of the others become wider.
 const ROUNDS: usize = 20;
 
-/// Particles on a piece, each with its normal there, by the cubes of a grid.
+/// Particles on a piece, each with its normal there, by cubes.
 pub(super) struct Traces<'a> {
     spread: Spread<'a>,
     particles: Vec<(u32, Vec3)>,
     /// Cubes for each spacing over the finest one.
-    cubes: Vec<(f64, Cubes)>,
+    cubes: Vec<(f64, Cubes<3, u32>)>,
     curved: bool,
     /// Cosine between normals above which a particle counts at a point.
     facing: f64,
@@ -43,48 +42,6 @@ pub(super) struct Spread<'a> {
     pub(super) scales: &'a [f64],
 }
 
-/// Places of particles by the cubes of a grid around all of them.
-struct Cubes {
-    low: [i32; 3],
-    counts: [i32; 3],
-    places: Rows,
-}
-
-impl Cubes {
-    fn of(x: &Vec3) -> [i32; 3] {
-        array_of(|i| (x[i] / REACH).floor() as i32)
-    }
-
-    /// Of places with their points.
-    fn new(points: &[(u32, Vec3)]) -> Self {
-        let cubes: Vec<[i32; 3]> = points.mapped(|(_, x)| Self::of(x));
-        let low: [i32; 3] = array_of(|i| cubes.iter().map(|cube| cube[i]).min().unwrap_or(0));
-        let counts = array_of(|i| cubes.iter().map(|cube| cube[i] - low[i] + 1).max().unwrap_or(0));
-        let mut grid = Cubes { low, counts, places: Rows::default() };
-        let places = Rows::new(counts.iter().product::<i32>() as usize, &|add| {
-            for (cube, point) in cubes.iter().zip(points) {
-                grid.number(*cube).into_iter().for_each(|number| add(number, point.0));
-            }
-        });
-        grid.places = places;
-        grid
-    }
-
-    fn number(&self, cube: [i32; 3]) -> Option<usize> {
-        let [i, j, k]: [i32; 3] = array_of(|axis| cube[axis] - self.low[axis]);
-        let [n, m, l] = self.counts;
-        let inside = (0..n).contains(&i) && (0..m).contains(&j) && (0..l).contains(&k);
-        inside.then_some((i + n * (j + m * k)) as usize)
-    }
-
-    fn in_cube(&self, cube: [i32; 3]) -> &[u32] {
-        match self.number(cube) {
-            Some(number) => self.places.row(number),
-            None => &[],
-        }
-    }
-}
-
 /// Wendland's function of the distance in parts of the radius.
 fn weight(q: f64) -> f64 {
     if q < 1.0 { (1.0 - q).powi(4) * (4.0 * q + 1.0) } else { 0.0 }
@@ -92,34 +49,25 @@ fn weight(q: f64) -> f64 {
 
 impl<'a> Traces<'a> {
     pub(super) fn new(spread: Spread<'a>, particles: Vec<(u32, Vec3)>, curved: bool, facing: f64) -> Self {
-        let mut points: BTreeMap<u64, (f64, Vec<(u32, Vec3)>)> = BTreeMap::new();
+        let mut cubes: BTreeMap<u64, (f64, Cubes<3, u32>)> = BTreeMap::new();
         for (place, &(particle, _)) in particles.iter().enumerate() {
             let scale = spread.scales[particle as usize];
-            let own = points.entry(scale.to_bits()).or_insert((scale, Vec::new()));
-            own.1.push((place as u32, spread.positions[particle as usize] / scale));
+            let own = cubes.entry(scale.to_bits()).or_insert_with(|| (scale, Cubes::new(REACH)));
+            own.1.add(&(spread.positions[particle as usize] / scale), place as u32);
         }
-        let cubes = points.into_values().map(|(scale, points)| (scale, Cubes::new(&points))).collect();
-        Traces { spread, particles, cubes, curved, facing }
+        Traces { spread, particles, cubes: cubes.into_values().collect(), curved, facing }
     }
 
     /// Particles within a radius, in units of their spacings, whose normals are not turned away, by rising index, with their weights.
     fn around(&self, x: &Vec3, normal: &Vec3, radius: f64) -> Vec<(u32, f64)> {
-        let rings = (radius / REACH).ceil() as i32;
         let mut found: Vec<(u32, f64)> = Vec::new();
         for (scale, cubes) in &self.cubes {
-            let middle = Cubes::of(&(x / *scale));
-            let range = || -rings..=rings;
-            for (k, j) in range().flat_map(|k| range().map(move |j| (k, j))) {
-                for i in range() {
-                    let own = cubes.in_cube([middle[0] + i, middle[1] + j, middle[2] + k]);
-                    found.extend(own.iter().filter_map(|&place| {
-                        let (particle, towards) = self.particles[place as usize];
-                        let off = (self.spread.positions[particle as usize] - x).norm();
-                        let weight = weight(off / (radius * scale));
-                        (weight > 0.0 && towards.dot(normal) > self.facing).then_some((place, weight))
-                    }));
-                }
-            }
+            found.extend(cubes.near(&(x / *scale), radius).filter_map(|&place| {
+                let (particle, towards) = self.particles[place as usize];
+                let off = (self.spread.positions[particle as usize] - x).norm();
+                let weight = weight(off / (radius * scale));
+                (weight > 0.0 && towards.dot(normal) > self.facing).then_some((place, weight))
+            }));
         }
         found.sort_unstable_by_key(|entry| entry.0);
         found
