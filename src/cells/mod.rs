@@ -36,6 +36,7 @@ pub use cut::CutLattice;
 pub use lattice::Lattice;
 pub use layout::Layout;
 pub(crate) use locator::Locator;
+pub(crate) use mesh::circumcentre;
 pub use partition::Cells;
 pub(crate) use partition::{EDGE, member, members};
 pub use refined::Refined;

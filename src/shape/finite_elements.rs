@@ -6,6 +6,7 @@ use crate::each::{Each, EachOf, array_of, point_of};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Bounds, Part, Point, Side};
 use crate::quadrature::{LineRule, Points, check_point_count, gauss_legendre, in_pieces, shared};
+use crate::tensor::small_inverse;
 
 use super::{Approximation, Scratch, ShapeFunctions};
 
@@ -255,7 +256,7 @@ impl<const D: usize> FiniteElements<D> {
         let (_, columns) = self.map(element, local);
         let jacobian = nalgebra::SMatrix::<f64, D, D>::from_columns(&columns);
         // Inverted elements were refused with the rule; a singular corner of a degenerate one gives zeros.
-        let inverse = invert(&jacobian);
+        let inverse = small_inverse(&jacobian).unwrap_or_else(nalgebra::SMatrix::zeros);
         out.nodes.clear();
         out.values.clear();
         out.gradients.clear();
@@ -267,17 +268,6 @@ impl<const D: usize> FiniteElements<D> {
         }
         out.rcond = 1.0;
     }
-}
-
-/// The inverse by cofactors; zeros for a singular matrix.
-fn invert<const D: usize>(m: &nalgebra::SMatrix<f64, D, D>) -> nalgebra::SMatrix<f64, D, D> {
-    let columns: [Point<D>; D] = array_of(|i| m.column(i).into_owned());
-    let det = determinant(&columns);
-    if det == 0.0 {
-        return nalgebra::SMatrix::zeros();
-    }
-    let areas: [Point<D>; D] = array_of(|i| area_vector(i, &columns));
-    nalgebra::SMatrix::from_fn(|i, j| areas[i][j] / det)
 }
 
 impl<const D: usize> Approximation<D> for FiniteElements<D> {
@@ -323,7 +313,9 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
             for _ in 0..30 {
                 let (x, columns) = self.map(element, &local);
                 miss = (at - x).norm();
-                let step = invert(&nalgebra::SMatrix::<f64, D, D>::from_columns(&columns)) * (at - x);
+                let step = small_inverse(&nalgebra::SMatrix::<f64, D, D>::from_columns(&columns))
+                    .unwrap_or_else(nalgebra::SMatrix::zeros)
+                    * (at - x);
                 local += step;
                 if step.norm() < 1e-14 {
                     break;

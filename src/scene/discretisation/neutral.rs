@@ -8,8 +8,9 @@ use std::sync::Arc;
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
+use crate::cells::circumcentre;
 use crate::contact::{ContactSurface, RollingSpring};
-use crate::geometry::{Point, Vec2, padded};
+use crate::geometry::{Vec2, padded};
 use crate::material::Material;
 
 use super::discrete_body::DiscreteBody;
@@ -85,7 +86,7 @@ fn circle(surfaces: &[&ContactSurface], model: &Model) -> Option<(f64, Vec2)> {
     let surface = surfaces.first()?;
     let at = |trace: usize| model.point::<2>(surface.traces[trace].particle as usize);
     let count = surface.traces.len();
-    let centre = circumcentre(&at(0), &at(count / 3), &at(2 * count / 3))?;
+    let centre = circumcentre([at(0), at(count / 3), at(2 * count / 3)]);
     let radius = (at(0) - centre).norm();
     let on_circle = |surface: &&ContactSurface| {
         let off = |particle: u32| ((model.point::<2>(particle as usize) - centre).norm() / radius - 1.0).abs();
@@ -128,15 +129,6 @@ fn spring(
     }
     let (nodes, weights) = order::merged(weights).into_iter().map(|(node, value)| (node, tangent * value)).unzip();
     Some(RollingSpring { nodes, weights, stiffness })
-}
-
-/// The centre of the circle through three points of the plane.
-fn circumcentre(a: &Vec2, b: &Vec2, c: &Vec2) -> Option<Vec2> {
-    let (p, q) = (b - a, c - a);
-    let twice = 2.0 * (p[0] * q[1] - p[1] * q[0]);
-    let (p2, q2) = (p.norm_squared(), q.norm_squared());
-    let away = [(q[1] * p2 - p[1] * q2) / twice, (p[0] * q2 - q[0] * p2) / twice];
-    away.iter().all(|x| x.is_finite()).then(|| a + Point::from(away))
 }
 
 /// Whether the body is as heavy on all sides: its moments $\int r^m e^{im\varphi}\,\mathrm d\Omega$ vanish.
