@@ -377,3 +377,28 @@ fn a_component_of_a_whole_body_is_one_of_its_rigid_bodies() {
         assert!(matches!(error, Error::Boundary(rkpm::error::BoundaryError::Conflict { .. })), "{error}");
     }
 }
+
+/// A face that two bodies share counts once in the middle of a rigid body, whichever of them is first and however their facets lie.
+#[test]
+fn a_face_of_two_bodies_counts_once() {
+    let scene = |order: [usize; 2]| {
+        let halves = [("left", 0.0), ("right", 1.0)];
+        let [first, second] = order.map(|half| halves[half]);
+        let block = |low: f64| Block::new([low, 0.0], [low + 1.0, 1.0]);
+        Scene::assembly(PlaneStrain)
+            .body(first.0, block(first.1), rubber())
+            .body(second.0, block(second.1), rubber())
+            .scheme_of("right", |scheme| scheme.spacing(0.1))
+            .rigid("frame", Place::on((0, Side::Min)).of("left"))
+            .rigid("frame", Place::on((0, Side::Max)).of("left"))
+            .rigid("frame", Place::on((0, Side::Min)).of("right"))
+            .hold(Place::on((0, Side::Max)).of("right"))
+    };
+    for order in [[0, 1], [1, 0]] {
+        for scheme in [Scheme::default(), Scheme::elements(1)] {
+            let problem = scene(order).discretize(&scheme.spacing(0.25)).unwrap();
+            let centre = problem.rigid_motion(&problem.at_rest(), "frame").unwrap().centre;
+            assert_abs_diff_eq!(centre, Point::<2>::new(0.5, 0.5), epsilon = 1e-12);
+        }
+    }
+}

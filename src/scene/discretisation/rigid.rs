@@ -1,8 +1,10 @@
 //! Rigid bodies: faces tied to six degrees of freedom, three in the plane, held, moved or loaded.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use crate::boundary::{ConstraintEquation, Constraints};
+use crate::cells::BoundaryCells;
 use crate::each::Each;
 use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Bounds, Part, Point, all_padded, padded};
@@ -11,6 +13,7 @@ use crate::quadrature::Points;
 
 use super::conditions::{Placed, TiedPrescription};
 use super::frame::{RigidFrame, RigidShape};
+use super::interface::shared;
 use super::one_body::FINER;
 use crate::scene::{BodyCells, Load, LoadKind, Place, Scene, Source, Spot};
 
@@ -48,6 +51,7 @@ impl<const D: usize> Scene<D> {
     fn centre_of(&self, name: &str, all: &BodyCells<D>) -> Result<Point<3>, Error> {
         let what = || format!("rigid body {name}");
         let (mut by_dimension, mut bounds) = ([(0.0, Point::zeros()); 3], Bounds::none());
+        let mut faces: Vec<(usize, BoundaryCells<3>)> = Vec::new();
         let mut add = |dimension: usize, x: &Point<D>, weight: f64| {
             let (sum, moment): &mut (f64, Point<3>) = &mut by_dimension[dimension];
             *sum += weight;
@@ -63,8 +67,21 @@ impl<const D: usize> Scene<D> {
                     Spot::Point(at) => (0, Points::single(*at)),
                 };
                 bounds = Bounds::of(&points.positions);
-                for (x, weight) in points.positions.iter().zip(&points.weights).filter(|(x, _)| place.holds(x)) {
-                    add(dimension, x, if dimension > 0 { weight * self.kinematics.measure(x) } else { *weight });
+                // Faces of two bodies that lie on each other count once.
+                let mut counted = HashSet::new();
+                if dimension == 1 {
+                    let face = |points: Points<D>| BoundaryCells { points, traces: Vec::new() }.padded();
+                    for (_, other) in faces.iter().filter(|other| other.0 != body) {
+                        let [_, own] = shared(D, [other.clone(), face(points.clone())]).chosen;
+                        counted.extend(own);
+                    }
+                    faces.push((body, face(points.clone().in_groups(&|_, x| place.holds(x)).0)));
+                }
+                for (_, group) in points.groups.windows(2).enumerate().filter(|group| !counted.contains(&group.0)) {
+                    let points = points.positions[group[0]..group[1]].iter().zip(&points.weights[group[0]..group[1]]);
+                    for (x, weight) in points.filter(|(x, _)| place.holds(x)) {
+                        add(dimension, x, if dimension > 0 { weight * self.kinematics.measure(x) } else { *weight });
+                    }
                 }
                 if let Spot::Body = place.spot {
                     cells.positions().iter().filter(|x| place.holds(x)).for_each(|x| add(0, x, 1.0));
