@@ -137,7 +137,12 @@ impl Model {
             let (number, given, needed) = (self.terms.len(), term.dim(), self.dim);
             let falls = clusters.clone().find(falls).map(|cluster| SolveError::Nodes { term: number, cluster });
             let other = (given != needed).then_some(SolveError::Dimension { given, needed });
-            self.misfit = other.or(falls).or_else(|| misnumbered(&*term, number, self.node_count()));
+            let misnumbered = other.or(falls).or_else(|| misnumbered(&*term, number, self.node_count()));
+            self.misfit = misnumbered.or_else(|| {
+                let needed = self.node_count();
+                let given = term.layout().nodes.filter(|given| *given != needed)?;
+                Some(SolveError::OtherNodes { term: number, given, needed })
+            });
         }
         let condensed = clusters.map(|c| term.unknowns(c).end).max().unwrap_or(0);
         self.sizes.push([condensed, term.layout().history]);

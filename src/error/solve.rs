@@ -51,6 +51,19 @@ pub enum SolveError {
         /// Components of the model.
         needed: usize,
     },
+    /// A term is over other nodes than the model.
+    #[error(
+        "term {term} has shape functions of {given} nodes, the model has {needed}: tabulate it with those of the model, or count the others in \
+         by ShapeTable::tabulate"
+    )]
+    OtherNodes {
+        /// The term, counted from 0.
+        term: usize,
+        /// Nodes of its shape functions.
+        given: usize,
+        /// Nodes of the model.
+        needed: usize,
+    },
     /// A state of another body with as many unknowns.
     #[error(
         "the state belongs to another problem, whose particles lie at other places; pass a state that this problem has computed, or carry \

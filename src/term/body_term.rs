@@ -43,7 +43,8 @@ impl<const D: usize> Term for Body<D> {
 
     fn layout(&self) -> Layout {
         let history = self.memory_len();
-        Layout { follows_load: false, history, timed: history > 0, ..Layout::default() }
+        let nodes = Some(self.table.node_count());
+        Layout { follows_load: false, history, timed: history > 0, nodes, ..Layout::default() }
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {

@@ -179,7 +179,8 @@ impl<const D: usize> Term for Pointwise<D> {
     fn layout(&self) -> Layout {
         let Sparsity { stress, force_by_gradient, force_by_displacement, .. } = self.integrand.sparsity();
         let has_matrix = stress || force_by_gradient || force_by_displacement;
-        Layout { has_matrix, symmetric: self.integrand.is_symmetric(), ..Layout::default() }
+        let nodes = Some(self.table.node_count());
+        Layout { has_matrix, symmetric: self.integrand.is_symmetric(), nodes, ..Layout::default() }
     }
 
     fn break_points(&self) -> Vec<f64> {

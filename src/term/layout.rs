@@ -24,6 +24,8 @@ pub struct Layout {
     /// Whether the internal variables fade with time, so that steps of the load are steps of it where the model has a clock: the load factor
     /// leads.
     pub timed: bool,
+    /// Number of nodes that its shape functions are of, as many as the model has; none where it knows of its own alone.
+    pub nodes: Option<usize>,
 }
 
 impl Default for Layout {
@@ -37,6 +39,7 @@ impl Default for Layout {
             unilateral: false,
             history: 0,
             timed: false,
+            nodes: None,
         }
     }
 }

@@ -397,6 +397,20 @@ fn assemblers_asked_for_models_and_vectors_of_others() {
     let state = (vec![0.0; 24], small.start());
     let missing = small.assembler().assemble(&small, StateRef::new(&state.0, &state.1, 0.0), &mut system);
     assert!(matches!(missing, Err(SolveError::MissingNode { term: 0, nodes: 12, .. })), "{missing:?}");
+    // Shape functions of fewer nodes than the model has, those of another lattice.
+    let finer = Block::new([0.0, 0.0], [2.0, 1.0]).lattice([9, 7]).unwrap();
+    let load = || {
+        let points = lattice().boundary(&Side::Max.into(), 1, 2).unwrap().points;
+        let table = ShapeTable::new(&functions(), &points, &PlaneStrain).unwrap();
+        Pointwise::new(table, FollowerPressure { pressure: 0.1, amplitude: Amplitude::Ramp })
+    };
+    for term in [Arc::new(load()) as Arc<dyn Term>, Arc::new(body())] {
+        let mut model = Model::new(finer.positions());
+        model.add_shared(term);
+        let state = (vec![0.0; 126], model.start());
+        let other = model.assembler().assemble(&model, StateRef::new(&state.0, &state.1, 0.0), &mut system);
+        assert!(matches!(other, Err(SolveError::OtherNodes { term: 0, given: 20, needed: 63 })), "{other:?}");
+    }
 }
 
 /// Whether a state is said to be of another model.
