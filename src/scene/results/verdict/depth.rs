@@ -11,6 +11,7 @@ use crate::term::View;
 
 use crate::scene::{Contact, Problem};
 
+use super::energy::elastic;
 use super::volume::LARGEST_SHARE;
 
 /// The largest depth as a part of the width of a trace function, which is the spacing of the boundary particles: half of it is the
@@ -24,11 +25,13 @@ pub(super) fn unresolved<const D: usize>(problem: &Problem<D>, state: &State) ->
     if !problem.contacts.iter().any(|contact| judged(problem, contact, state).is_some()) {
         return doubts;
     }
-    let Ok(energy) = problem.energy(state) else { return doubts };
-    let energy = if problem.model.is_timed() { elastic(problem, state) } else { energy };
+    let energies = elastic(&problem.view(), state);
+    let body_of = |particle: u32| {
+        problem.discrete_bodies.iter().position(|body| body.nodes.contains(&(particle as usize))).unwrap_or(0)
+    };
     for contact in &problem.contacts {
         let Some((law, view)) = judged(problem, contact, state) else { continue };
-        let Depths { deepest, lacking, at } = depths(law, &view);
+        let Depths { deepest, lacking, at } = depths(law, &view, (energies.len(), &body_of));
         let mut doubt = |cause: DoubtCause, at: &Point<3>| {
             doubts.push(Doubt { cause, load: state.load, at: law.contact_surface.coordinates(at) });
         };
@@ -36,24 +39,15 @@ pub(super) fn unresolved<const D: usize>(problem: &Problem<D>, state: &State) ->
             let fixed = fixed_inside(problem).iter().any(|inside| inside.surface == contact.name);
             doubt(DoubtCause::Depth { contact: contact.name.clone(), depth, limit, fixed }, &at);
         }
-        // NaN, which no limit is below, where a law does not tell its energy.
-        let share = lacking / (lacking + if energy < 0.0 { 0.0 } else { energy });
+        // Each body by itself: what another one stores says nothing about it.
+        let shares = lacking.iter().zip(&energies);
+        let share = shares.map(|(lacking, energy)| lacking / (lacking + (energy.shape + energy.volume).max(0.0)));
+        let share = share.filter(|share| !share.is_nan()).fold(0.0, f64::max);
         if share > LARGEST_SHARE {
             doubt(DoubtCause::Overlap { contact: contact.name.clone(), share, limit: LARGEST_SHARE }, &at);
         }
     }
     doubts
-}
-
-/// The energy of the elastic laws, where the stored one is not known for what has relaxed.
-fn elastic<const D: usize>(problem: &Problem<D>, state: &State) -> f64 {
-    let mut sum = 0.0;
-    for body in &problem.discrete_bodies {
-        for (point, weight) in body.body.table().weights().iter().enumerate() {
-            sum += weight * body.body.material().energy(&body.body.deformation_gradient(point, &state.displacement));
-        }
-    }
-    sum
 }
 
 /// A contact with a rigid surface and its part of a state; none while the overlap of an interference is not resolved yet.
@@ -134,8 +128,8 @@ pub(crate) fn fixed_inside<const D: usize>(problem: &Problem<D>) -> Vec<FixedIns
 struct Depths {
     /// Depth, largest allowed one and undeformed position of the point that exceeds its limit most.
     deepest: Option<(f64, f64, Point<3>)>,
-    /// The energy that the state lacks, and where most of it.
-    lacking: f64,
+    /// The energy that the state lacks in each body, and where most of it.
+    lacking: Vec<f64>,
     at: Point<3>,
 }
 
@@ -144,8 +138,8 @@ struct Depths {
 /// To press out a wave of the surface with the amplitude $a$ and the wave length $4w$ takes an energy of $\tfrac{\pi}{4w}\mu a^2$ per
 /// area. Over the trace functions, with the area of each that lies behind the surface, the depth of its deepest point and its width, that is
 /// the energy that the state lacks, but for the depth $pw/(4\pi\mu)$ that a pressure $p$ gives to waves no longer than the width.
-fn depths(law: &RigidContact, view: &View<'_>) -> Depths {
-    let mut found = Depths { deepest: None, lacking: 0.0, at: Point::zeros() };
+fn depths(law: &RigidContact, view: &View<'_>, (bodies, body_of): (usize, &dyn Fn(u32) -> usize)) -> Depths {
+    let mut found = Depths { deepest: None, lacking: vec![0.0; bodies], at: Point::zeros() };
     let (mut worst, mut largest) = (1.0, 0.0);
     for (k, trace) in law.contact_surface.traces.iter().enumerate() {
         let (mut area, mut depth, mut deepest) = (0.0, 0.0, Point::<3>::zeros());
@@ -171,7 +165,7 @@ fn depths(law: &RigidContact, view: &View<'_>) -> Depths {
         let pressure = law.law.pressure(k, view.condensed).0.max(0.0);
         let unexplained = (depth - pressure * trace.width / (4.0 * PI * shear)).max(0.0);
         let own = 0.25 * PI * shear * unexplained * unexplained * area / trace.width;
-        found.lacking += own;
+        found.lacking[body_of(trace.particle)] += own;
         if own > largest {
             (largest, found.at) = (own, deepest);
         }

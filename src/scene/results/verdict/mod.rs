@@ -2,6 +2,7 @@
 
 mod biot;
 mod depth;
+mod energy;
 mod passing;
 mod restraint;
 mod surface_points;

@@ -1,12 +1,14 @@
 //! Fields that fold between particles.
 
 use crate::error::{Doubt, DoubtCause};
-use crate::geometry::{Mat3, Point};
-use crate::material::{Past, VolumetricEnergy};
+use crate::geometry::Point;
+use crate::material::VolumetricEnergy;
 use crate::solve::State;
 use crate::term::View;
 
 use crate::scene::results::view::{BodyView, ProblemView};
+
+use super::energy::elastic;
 
 /// The largest part of its energy that a state may have in changes of volume that pressures do not allow, or lack where contacts overlap:
 /// energies go with the squares of strains, so that strains are off by a tenth in the mean.
@@ -31,19 +33,17 @@ struct Worst {
 /// the field is not that of the rubber.
 pub(super) fn folded(problem: &ProblemView<'_>, state: &State) -> Option<Doubt> {
     let mut worst = Worst { values: [0.0, 1.0, 1.0], at: Point::zeros() };
-    let sum = |of: &mut dyn FnMut(usize, &dyn BodyView) -> f64| {
-        let mut total = [0.0];
-        for (number, body) in problem.bodies.iter().enumerate() {
-            total[0] += of(number, *body);
-        }
-        problem.model.total(&mut total);
-        total[0]
-    };
-    let folded = sum(&mut |number, body| apart(body, problem.model.view(state, number), state, &mut worst));
-    if folded == 0.0 {
+    let mut folded = Vec::with_capacity(problem.bodies.len());
+    for (number, body) in problem.bodies.iter().enumerate() {
+        folded.push(apart(*body, problem.model.view(state, number), state, &mut worst));
+    }
+    problem.model.total(&mut folded);
+    if folded.iter().all(|energy| *energy == 0.0) {
         return None;
     }
-    let distortional = sum(&mut |_, body| distortional(body, state));
+    // Each body by itself: what another one stores says nothing about it.
+    let shares = folded.iter().zip(elastic(problem, state)).map(|(folded, energy)| folded / (folded + energy.shape));
+    let share = shares.filter(|share| !share.is_nan()).fold(0.0, f64::max);
     if let Some(ranks) = problem.model.ranks() {
         let mut mine = worst.values.to_vec();
         mine.extend(&problem.cut(&worst.at));
@@ -53,7 +53,6 @@ pub(super) fn folded(problem: &ProblemView<'_>, state: &State) -> Option<Doubt> 
             worst.at.as_mut_slice()[..problem.dim].copy_from_slice(&found[3..]);
         }
     }
-    let share = folded / (folded + distortional);
     let [_, jacobian, allowed] = worst.values;
     (share > LARGEST_SHARE).then(|| Doubt {
         cause: DoubtCause::Volume { share, limit: LARGEST_SHARE, jacobian, allowed },
@@ -87,27 +86,6 @@ fn apart(body: &dyn BodyView, view: Option<View<'_>>, state: &State, worst: &mut
         }
     }
     folded
-}
-
-/// The distortional energy of a body; NaN where its law does not tell it, as not even at rest.
-fn distortional(body: &dyn BodyView, state: &State) -> f64 {
-    let (material, weights, mut sum) = (body.material(), body.weights(), 0.0);
-    if material.volumetric().is_none() {
-        return sum;
-    }
-    let memory = material.rest();
-    let energy_of = |f: &Mat3| material.energy_from(f, Past { memory: &memory, elapsed: 0.0 });
-    if energy_of(&Mat3::identity()).is_nan() {
-        return f64::NAN;
-    }
-    for (point, weight) in weights.iter().enumerate() {
-        let f = body.deformation_gradient(point, &state.displacement);
-        let energy = energy_of(&f);
-        if energy.is_finite() {
-            sum += weight * energy;
-        }
-    }
-    sum
 }
 
 /// The $\hat J$ with $U'(\hat J) = p$, from a pressure over the bulk modulus.
