@@ -36,7 +36,7 @@ class Fitted:
         """The bulk modulus of volumetric tests [stress]; none without them, and of foams, which have it among their coefficients."""
     @property
     def coefficients(self) -> list[tuple[str, float]]:
-        """Coefficients by name."""
+        """Coefficients by name; those of "ogden" are those of `ogden` with `convention="abaqus"`."""
     @property
     def misfits(self) -> list[tuple[str, float]]:
         """Relative misfits by test."""
@@ -146,8 +146,11 @@ class Path:
     def seconds(self) -> float:
         """Seconds from particles to the last state."""
     @property
+    def value(self) -> float | None:
+        """The value of `of`, where `within` asked for one: extrapolated from a series of models, of which this path is the last."""
+    @property
     def bound(self) -> float | None:
-        """The bound of the relative error, where `within` asked for one."""
+        """The bound of the relative error of `value`. Forces and fields are those of the model alone and are not bounded."""
     @property
     def points(self) -> _Array:
         """Particles at rest [length]."""

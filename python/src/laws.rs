@@ -251,7 +251,7 @@ pub(crate) struct Fitted {
 
 #[pymethods]
 impl Fitted {
-    /// Coefficients by name.
+    /// Coefficients by name; those of "ogden" are those of `ogden` with `convention="abaqus"`.
     #[getter]
     fn coefficients(&self) -> Vec<(String, f64)> {
         self.report.coefficients.iter().map(|c| (c.name.clone(), c.value)).collect()

@@ -16,11 +16,18 @@ use crate::fault::{Error, Faults, refused};
 use crate::geometry::points;
 use crate::place::{Place, array};
 
+/// What was to be known within an error: its value, extrapolated from a series of models, and the bound of the relative error of that.
+#[derive(Clone, Copy)]
+pub(crate) struct Within {
+    pub(crate) value: f64,
+    pub(crate) bound: f64,
+}
+
 /// A solved problem with its path.
 pub(crate) struct Run<const D: usize> {
     pub(crate) problem: Problem<D>,
     pub(crate) path: EquilibriumPath,
-    pub(crate) bound: Option<f64>,
+    pub(crate) within: Option<Within>,
     /// Why a tolerance was not met.
     pub(crate) why: Option<String>,
     pub(crate) seconds: f64,
@@ -191,10 +198,16 @@ impl Path {
         each!(self, run => run.seconds)
     }
 
-    /// The bound of the relative error, where `within` asked for one.
+    /// The value of `of`, where `within` asked for one: extrapolated from a series of models, of which this path is the last.
+    #[getter]
+    fn value(&self) -> Option<f64> {
+        each!(self, run => run.within.map(|within| within.value))
+    }
+
+    /// The bound of the relative error of `value`. Forces and fields are those of the model alone and are not bounded.
     #[getter]
     fn bound(&self) -> Option<f64> {
-        each!(self, run => run.bound)
+        each!(self, run => run.within.map(|within| within.bound))
     }
 
     /// Load factors of all states.

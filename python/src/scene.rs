@@ -416,7 +416,7 @@ impl Scene {
     /// ones; `arc_length=True` follows the path through limit points.
     ///
     /// Or `within`, a relative error: the crate chooses the model, whatever particles bodies were given. `of` says of what: "energy" (unless given), "volume",
-    /// `("force", place, component)` or `("displacement", point, component)`.
+    /// `("force", place, component)` or `("displacement", point, component)`; the answer is `value` of the path, with `bound`.
     ///
     /// `progress=True` prints a line for each step, a function is called with load factor and iterations. Ctrl-C raises `Interrupted`.
     #[pyo3(signature = (*, particles=None, spacing=None, order=None, elements=false, dilation=None, seed=None, steps=None,
@@ -514,7 +514,7 @@ impl Scene {
                 let found = py.detach(|| stages.run_with(&scheme, &mut watch));
                 let path = |stage: StagePath<_>| {
                     let (problem, path, faults) = (stage.problem, stage.path, faults.clone());
-                    Path::$variant(Arc::new(Run { problem, path, bound: None, why: None, seconds: f64::NAN, faults }))
+                    Path::$variant(Arc::new(Run { problem, path, within: None, why: None, seconds: f64::NAN, faults }))
                 };
                 let (stages, ended) = match found {
                     Ok(stages) => (stages, Ok(())),

@@ -11,7 +11,7 @@ use rkpm::solve::{Ending, Iteration, Observer, Step, StepControl, Stepping};
 use rkpm::study::{Budget, Progress, Quantity, Tolerance, Verdict};
 
 use crate::fault::{Callback, Error, Faults, Interrupted, mistyped, refused};
-use crate::path::{Path, Run};
+use crate::path::{Path, Run, Within};
 use crate::place::{Place, array};
 
 /// What the keywords of `solve` say.
@@ -98,7 +98,7 @@ pub(crate) fn run<const D: usize>(scene: &Scene<D>, scheme: &Scheme, watch: &mut
     let problem = scene.discretize(scheme)?;
     let path = problem.run_with(watch)?;
     let (faults, seconds) = (watch.faults.clone(), started.elapsed().as_secs_f64());
-    Ok(Run { problem, path, bound: None, why: None, seconds, faults })
+    Ok(Run { problem, path, within: None, why: None, seconds, faults })
 }
 
 /// Solves a scene by a model that meets a tolerance.
@@ -119,7 +119,8 @@ pub(crate) fn sized<const D: usize>(
         Verdict::NotReached(why) => Some(why.clone()),
     };
     let (faults, seconds) = (watch.faults.clone(), started.elapsed().as_secs_f64());
-    Ok(Run { bound: Some(answer.bound), problem: answer.problem, path: answer.path, why, seconds, faults })
+    let within = answer.values().first().map(|&value| Within { value, bound: answer.bound });
+    Ok(Run { within, problem: answer.problem, path: answer.path, why, seconds, faults })
 }
 
 /// The same with finite elements of order 2, without what these don't have.

@@ -142,7 +142,8 @@ def test_laws_relax_over_time():
 def test_a_tolerance_is_met_and_told():
     scene = rkpm.Scene(rkpm.Block([0, 0], [40, 10]), rkpm.neo_hookean(0.5, bulk=1e3))
     path = scene.hold((1, "min")).move((1, "max"), [5, 0], name="push").solve(within=0.02, of=("force", "push", 0))
-    assert 0 < path.bound <= 0.02 and sheared().bound is None
+    assert 0 < path.bound <= 0.02 and sheared().bound is None and sheared().value is None
+    assert abs(path.value / path.reaction("push")[0] - 1) < 0.2
 
 
 def test_models_within_a_tolerance_follow_the_settings():

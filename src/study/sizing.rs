@@ -125,7 +125,8 @@ impl<const D: usize> Scene<D> {
                 Ok(found) => found,
                 Err(error) => {
                     left.push(format!("{} failed: {error}", name_of(scheme)));
-                    refused.get_or_insert(error);
+                    // Told of the last, which was to answer where those before it could not.
+                    refused = Some(error);
                     continue;
                 }
             };
