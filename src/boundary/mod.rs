@@ -22,7 +22,7 @@ pub use enforcement::{Enforcement, LagrangeMultipliers, MixedTransformation};
 pub use equation::ConstraintEquation;
 pub(crate) use equation::{check_component, check_unknowns};
 pub(crate) use over_boundary::{FacetFunctions, Order, Sums, facet_order, rounding};
-pub(crate) use ownership::Claims;
+pub(crate) use ownership::{Claims, Owners};
 pub(crate) use prescribed_directions::{PrescribedDirection, follows, is_redundant};
 pub use reduction::Reduction;
 pub(crate) use row_values::{Prescription, moved, scaled};

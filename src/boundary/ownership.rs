@@ -50,6 +50,8 @@ pub(crate) struct Owners {
     pub(crate) yielded: Vec<HashSet<u32>>,
     /// Conditions whose values do not hold at an edge, where those of the owner do: one error for each two.
     pub(crate) overruled: Vec<BoundaryError>,
+    /// Pieces whose values hold nowhere: all of their particles have equations of others with other values.
+    pub(crate) refused: BTreeMap<usize, BoundaryError>,
 }
 
 impl Claims {
@@ -100,10 +102,11 @@ impl Claims {
     /// Gives each equation to one piece.
     pub(crate) fn settle(&self, (dim, nodes): (usize, &[Vec3])) -> Owners {
         let owned = self.owned();
-        let mut settled = Owners { yielded: vec![HashSet::new(); self.pieces], overruled: Vec::new() };
-        let (rounding, mut known) = (rounding(nodes), HashSet::new());
+        let mut settled = Owners { yielded: vec![HashSet::new(); self.pieces], ..Owners::default() };
+        let (rounding, mut known, mut holding) = (rounding(nodes), HashSet::new(), HashSet::new());
         for (particle, claims) in &self.of {
             let owners = &owned[particle];
+            holding.extend(owners.iter().map(|&claim| claims[claim].piece));
             if owners.len() == claims.len() {
                 continue;
             }
@@ -112,13 +115,19 @@ impl Claims {
             for (_, claim) in claims.iter().enumerate().filter(|(number, _)| !owners.contains(number)) {
                 settled.yielded[claim.piece].insert(*particle);
                 let repeated = is_redundant(&prescriptions, &claim.prescription, at, rounding);
-                if let Err(BoundaryError::Conflict { first: owner, second: other, component, at, values }) = repeated
+                let Err(conflict) = repeated else {
+                    holding.insert(claim.piece);
+                    continue;
+                };
+                settled.refused.entry(claim.piece).or_insert_with(|| conflict.clone());
+                if let BoundaryError::Conflict { first: owner, second: other, component, at, values } = conflict
                     && known.insert((owner.clone(), other.clone()))
                 {
                     settled.overruled.push(BoundaryError::Overruled { owner, other, component, at, values });
                 }
             }
         }
+        settled.refused.retain(|piece, _| !holding.contains(piece) && !self.rebuilt.contains(piece));
         settled
     }
 

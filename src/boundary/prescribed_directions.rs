@@ -10,7 +10,7 @@ use crate::term::Amplitude;
 /// A direction that differs by less than this from a combination of those prescribed before it counts as one of them: a constraint
 /// equation for it would repeat them but for a twentieth, and reactions would be twenty times as large as the forces they balance.
 const REPEATED: f64 = 0.05;
-/// The same for directions that are combinations of the prescribed ones up to rounding, whose values have to agree.
+/// The same for directions that are combinations of the prescribed ones up to rounding.
 const EXACT: f64 = 1e-9;
 
 /// A direction of a particle that a condition has prescribed, or one of a rigid body: along the first components at its middle.
@@ -72,14 +72,14 @@ pub(crate) fn repeats(prescriptions: &[PrescribedDirection], direction: &[f64; 3
 /// Whether a condition repeats what is already prescribed on its particle.
 ///
 /// # Errors
-/// Where it prescribes another value.
+/// Where it prescribes another value: by more than the part of the values that the angle between the directions leaves open.
 pub(crate) fn is_redundant(
     prescriptions: &[PrescribedDirection],
     requested: &PrescribedDirection,
     at: &[f64],
     rounding: f64,
 ) -> Result<bool, BoundaryError> {
-    Ok(follows(prescriptions, requested, at, rounding)? || resolve(prescriptions, &requested.direction).1 <= REPEATED)
+    agrees(prescriptions, requested, at, rounding, REPEATED)
 }
 
 /// Whether what a condition prescribes follows from what is prescribed already, up to rounding.
@@ -92,10 +92,22 @@ pub(crate) fn follows<const N: usize>(
     at: &[f64],
     rounding: f64,
 ) -> Result<bool, BoundaryError> {
+    agrees(prescriptions, requested, at, rounding, EXACT)
+}
+
+/// Whether a direction is a combination of those prescribed already up to a limit, with the same value.
+fn agrees<const N: usize>(
+    prescriptions: &[PrescribedDirection<N>],
+    requested: &PrescribedDirection<N>,
+    at: &[f64],
+    rounding: f64,
+    limit: f64,
+) -> Result<bool, BoundaryError> {
     let (parts, rest) = resolve(prescriptions, &requested.direction);
-    if rest > EXACT {
+    if rest > limit {
         return Ok(false);
     }
+    let open = if rest > EXACT { rest } else { 0.0 };
     let size = |i: usize| requested.direction[i].abs();
     let component = (0..at.len()).max_by(|&i, &j| size(i).total_cmp(&size(j))).unwrap_or(0);
     let involved: Vec<(&PrescribedDirection<N>, f64)> =
@@ -104,14 +116,19 @@ pub(crate) fn follows<const N: usize>(
     match involved.as_slice() {
         [(prescription, part)] => {
             let first = (prescription.label.as_str(), part * prescription.target, &prescription.amplitude);
-            check_agreement(first, second, component, at, rounding)?;
+            check_agreement(first, second, (component, at), (rounding, open))?;
         }
         several => {
             let terms: Vec<(f64, Amplitude)> =
                 several.mapped(|(prescription, part)| (part * prescription.target, prescription.amplitude.clone()));
             let label = several.mapped(|(prescription, _)| prescription.label.as_str()).join(" and ");
             let sum = move |load: f64| terms.summed(|(target, a)| target * a.value(load));
-            check_agreement((&label, 1.0, &Amplitude::Function(Arc::new(sum))), second, component, at, rounding)?;
+            check_agreement(
+                (&label, 1.0, &Amplitude::Function(Arc::new(sum))),
+                second,
+                (component, at),
+                (rounding, open),
+            )?;
         }
     }
     Ok(true)
@@ -131,15 +148,14 @@ pub(crate) fn own_component(
 }
 
 /// Refuses two conditions (label, target, amplitude) on one component that say different things at a point, with the
-/// values at the full load, or at the first load found where they differ.
-pub(crate) fn check_agreement(
+/// values at the full load, or at the first load found where they differ: by more than rounding and an open part of them.
+fn check_agreement(
     first: (&str, f64, &Amplitude),
     second: (&str, f64, &Amplitude),
-    component: usize,
-    at: &[f64],
-    rounding: f64,
+    (component, at): (usize, &[f64]),
+    (rounding, open): (f64, f64),
 ) -> Result<(), BoundaryError> {
-    let same = |[a, b]: [f64; 2]| (a - b).abs() <= rounding + 1e-12 * a.abs().max(b.abs());
+    let same = |[a, b]: [f64; 2]| (a - b).abs() <= rounding + (1e-12 + open) * a.abs().max(b.abs());
     let found = if first.2 == second.2 {
         Some((1.0, [first.1, second.1])).filter(|&(_, values)| !same(values))
     } else {
@@ -175,8 +191,11 @@ mod tests {
         assert!(is_redundant(&prescriptions[..1], &prescription([-1.0, 0.0], -0.3), &at, 0.0).unwrap());
         assert!(!is_redundant(&prescriptions[..1], &prescription([0.6, 0.8], 9.0), &at, 0.0).unwrap());
         assert!(!is_redundant(&[], &prescription([0.6, 0.8], 9.0), &at, 0.0).unwrap());
-        // Nearly the same direction: merged, whatever it says.
-        let slight = prescription([1.0_f64.cos().mul_add(0.0, 0.9999), 0.0141], 0.0);
-        assert!(is_redundant(&prescriptions[..1], &slight, &at, 0.0).unwrap());
+        // Nearly the same direction: merged where the value differs by no more than the angle leaves open.
+        let slight = |target| prescription([0.9999, 0.0141], target);
+        assert!(is_redundant(&prescriptions[..1], &slight(0.302), &at, 0.0).unwrap());
+        for other in [0.0, 0.33] {
+            assert!(is_redundant(&prescriptions[..1], &slight(other), &at, 0.0).is_err());
+        }
     }
 }

@@ -752,6 +752,14 @@ fn rows_that_conflict() {
             Error::Boundary(BoundaryError::Conflict { .. }),
             ["different values [0.0, 0.1]"]
         );
+        // Along nearly the same direction as well: it would be left without an equation.
+        let slanted = |value| sound().with(Condition::on(Side::Max).along(Direction::Along([1.0, 0.03]), value));
+        refused!(
+            refusal(&slanted(0.4), &scheme),
+            Error::Boundary(BoundaryError::Conflict { component: 0, .. }),
+            ["u_0 on face (0, Max)", "u along [1.0, 0.03] on face (0, Max)", "0.4]"]
+        );
+        slanted(0.1).discretize(&scheme).unwrap();
         // Equal conditions are taken once.
         let twice = sound().prescribe(Side::Max, 0, 0.1).prescribe((1, Side::Min), 1, 0.0);
         twice.discretize(&scheme).unwrap().run().unwrap().completed().unwrap();

@@ -5,7 +5,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::boundary::{
-    Claims, Constraints, FacetFunctions, Prescription, Sums, check_component, is_redundant, moved, rounding, scaled,
+    Claims, Constraints, FacetFunctions, Owners, Prescription, Sums, check_component, is_redundant, moved, rounding,
+    scaled,
 };
 use crate::cells::{BoundaryCells, Cells, TraceChoice};
 use crate::each::Each;
@@ -150,7 +151,7 @@ pub(crate) fn equations<const D: usize>(
         }
     }
     let (mut equations, none) = (Constraints::default(), HashSet::new());
-    equations.overrule(owners.overruled);
+    equations.overrule(std::mem::take(&mut owners.overruled));
     let (mut placed, mut ties, mut last) = (Vec::with_capacity(mine.len()), Vec::with_capacity(tied.len()), Vec::new());
     for (number, ((condition, place), own)) in all.iter().zip(&requests).enumerate() {
         let first = equations.len();
@@ -158,7 +159,7 @@ pub(crate) fn equations<const D: usize>(
             let before = equations.mark();
             // A tie holds wherever it is.
             let (mine, left_out) = tied_particles.get(number).map_or((&[][..], &none), |particles| (mine, particles));
-            match of.add(&mut equations, (mine, left_out), request, &nodes, &owners.yielded, &mut last) {
+            match of.add(&mut equations, (mine, left_out), request, &nodes, &owners, &mut last) {
                 Ok(selected) => selects[number] |= selected,
                 Err(error) => {
                     skip(number, error)?;
@@ -294,7 +295,7 @@ impl<const D: usize> Conditioned<'_, D> {
         (mine, left_out): (Numbered<'_, D>, &HashSet<usize>),
         request: &Request<'_, D>,
         nodes: &[Vec3],
-        yielded: &[HashSet<u32>],
+        owners: &Owners,
         last: &mut Vec<(FacetFunctions, Option<Sums>)>,
     ) -> Result<bool, Error> {
         let single = &request.single;
@@ -302,7 +303,10 @@ impl<const D: usize> Conditioned<'_, D> {
         let Some((pieces, numbers)) = &request.over else {
             return self.collocate(equations, (mine, left_out), single);
         };
-        let yielded = &yielded[numbers.clone()];
+        if let Some((_, refusal)) = owners.refused.range(numbers.clone()).next() {
+            return Err(refusal.clone().into());
+        }
+        let yielded = &owners.yielded[numbers.clone()];
         let rebuilt;
         let pieces = match (&single.place.spot, self.facets) {
             (Spot::Part(part), Some(facets)) if yielded.iter().any(|own| !own.is_empty()) => {
@@ -516,17 +520,17 @@ mod tests {
             let (mut claims, nodes) = (Claims::default(), all_padded(approximation.nodes()));
             let requests: Vec<_> =
                 all.filter_map(|single| of.request(single, &nodes, &mut claims, &mut Vec::new()).unwrap()).collect();
-            let yielded = claims.settle((2, &nodes)).yielded;
+            let owners = claims.settle((2, &nodes));
             let none = (&[][..], &HashSet::new());
             for request in &requests {
                 let (before, mark) = (equations.clone(), equations.mark());
-                let refused = of.add(&mut equations, none, request, &nodes, &yielded, &mut Vec::new()).is_err();
+                let refused = of.add(&mut equations, none, request, &nodes, &owners, &mut Vec::new()).is_err();
                 let added = equations.clone();
                 assert!(refused || added != before);
                 equations.take_back(mark);
                 assert_eq!(equations, before);
                 if !refused {
-                    of.add(&mut equations, none, request, &nodes, &yielded, &mut Vec::new()).unwrap();
+                    of.add(&mut equations, none, request, &nodes, &owners, &mut Vec::new()).unwrap();
                 }
             }
         }
