@@ -94,7 +94,15 @@ impl<const D: usize> BoundaryCells<D> {
 
     /// The facets whose number and middle a predicate holds for.
     pub(crate) fn facets(&self, holds: &dyn Fn(usize, &Point<D>) -> bool) -> Self {
-        let (points, numbers) = self.points.clone().in_groups(holds);
+        self.of_chosen(self.points.clone().in_groups(holds))
+    }
+
+    /// The points whose number a predicate holds for.
+    pub(crate) fn at_points(&self, holds: &dyn Fn(usize) -> bool) -> Self {
+        self.of_chosen(self.points.clone().chosen(&|point, _| holds(point)))
+    }
+
+    fn of_chosen(&self, (points, numbers): (Points<D>, Vec<usize>)) -> Self {
         BoundaryCells { points, traces: numbers.mapped(|&k| self.traces[k].clone()) }
     }
 

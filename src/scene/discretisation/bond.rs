@@ -35,8 +35,8 @@ fn ties<const D: usize>(equations: &Constraints, unknowns: usize) -> Disjoint {
     ties
 }
 
-/// Adds rows $\int\Theta_J\\,(u_1 - u_2)\\,\mathrm d\Gamma = 0$ over the faces that two bodies share, with the trace functions of the coarser
-/// one; `false` where they share none.
+/// Adds rows $\int\Theta_J\\,(u_1 - u_2)\\,\mathrm d\Gamma = 0$ over the faces that two bodies share, with the trace functions of the side
+/// that carries the bond, else of the coarser one; `false` where they share none.
 fn bond<const D: usize>(
     equations: &mut Constraints,
     ties: &mut Disjoint,
@@ -44,7 +44,7 @@ fn bond<const D: usize>(
     boundaries: [BoundaryCells<D>; 2],
     kinematics: &dyn Kinematics<D>,
 ) -> Result<bool, Error> {
-    let Shared { chosen, unmatched, .. } = shared(D, boundaries.each_ref().map(BoundaryCells::padded));
+    let Shared { chosen, unmatched, carrier, .. } = shared(D, boundaries.each_ref().map(BoundaryCells::padded));
     if let Some(at) = unmatched {
         let [first, second] = bodies.map(|body| body.name.clone());
         return Err(BoundaryError::Unmatched { first, second, at: at.as_slice()[..D].to_vec() }.into());
@@ -52,9 +52,13 @@ fn bond<const D: usize>(
     if chosen.iter().any(Vec::is_empty) {
         return Ok(false);
     }
-    let face = |side: usize| Face::new(bodies[side], &boundaries[side], &chosen[side], kinematics);
+    let face = |side: usize| {
+        let lies = |point: usize| carrier.as_ref().is_none_or(|(own, lies)| *own != side || lies[point]);
+        Face::new(bodies[side], &boundaries[side], &chosen[side], &lies, kinematics)
+    };
     let (mut pair, mut faces) = (bodies, [face(0)?, face(1)?]);
-    if faces[1].order.0.len() < faces[0].order.0.len() {
+    let coarser = usize::from(faces[1].order.0.len() < faces[0].order.0.len());
+    if carrier.as_ref().map_or(coarser, |(side, _)| *side) == 1 {
         pair.reverse();
         faces.reverse();
     }
@@ -69,9 +73,9 @@ fn bond<const D: usize>(
         correct(&mut there.traces, mortar, weighed.each_ref());
     }
     let there = &Arc::new(there);
-    // Where the faces end at different places the points of the smaller one serve both.
-    let smaller = if totals[0][0] <= totals[1][0] { here } else { there };
-    let cells = if agree { [here, there] } else { [smaller; 2] };
+    // Where the faces end at different places the points of one serve both: the carrier's, else of the smaller.
+    let one = if carrier.is_some() || totals[0][0] <= totals[1][0] { here } else { there };
+    let cells = if agree { [here, there] } else { [one; 2] };
     let side = |side: usize, sign: f64| {
         let DiscreteBody { approximation, nodes, .. } = pair[side];
         FacetFunctions::new((&**approximation, nodes.start, sign), cells[side].clone(), kinematics)

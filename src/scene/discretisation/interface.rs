@@ -127,12 +127,14 @@ pub(crate) struct Shared {
     pub(crate) chosen: [Vec<usize>; 2],
     /// The middle of a facet that is too large to lie on those of the other body that lie on it.
     pub(crate) unmatched: Option<Vec3>,
+    /// Where the facets of both sides end at different places: the side whose points serve both, and which of them lie on the other body.
+    pub(crate) carrier: Option<(usize, Vec<bool>)>,
     facets: [Facets; 2],
 }
 
 /// Looks for the facets of two bodies that lie on each other.
 pub(crate) fn shared(dim: usize, cells: [BoundaryCells<3>; 2]) -> Shared {
-    let facets = cells.map(|cells| Facets::of(dim, &cells));
+    let facets = cells.each_ref().map(|cells| Facets::of(dim, cells));
     // What lies in the box of the other body, with the margin of a facet.
     let near: [Vec<usize>; 2] = std::array::from_fn(|side| {
         let (own, other) = (&facets[side], &facets[1 - side]);
@@ -153,16 +155,94 @@ pub(crate) fn shared(dim: usize, cells: [BoundaryCells<3>; 2]) -> Shared {
         };
         near[side].iter().copied().filter(lies).collect()
     });
-    let mut shared = Shared { chosen, unmatched: None, facets };
-    shared.unmatched = (0..2).find_map(|side| shared.unmatched(side, &below));
+    let mut shared = Shared { chosen, unmatched: None, carrier: None, facets };
+    let under = if shared.agree() { None } else { shared.carried_by(&near, &below, &cells) };
+    shared.unmatched = (0..2).find_map(|side| shared.unmatched(side, &below, under.is_some()));
+    if let Some((side, under)) = under {
+        let facets = cells[side].points.groups.windows(2);
+        let on = |facet: &[usize]| under[facet[0]..facet[1]].iter().any(Option::is_some);
+        shared.chosen[side] = facets.enumerate().filter(|(_, facet)| on(facet)).map(|(k, _)| k).collect();
+        let mut below: Vec<usize> = under.iter().flatten().copied().collect();
+        below.sort_unstable();
+        below.dedup();
+        shared.chosen[1 - side] = below;
+        shared.carrier = Some((side, under.mapped(Option::is_some)));
+    }
     shared
 }
 
+/// For each point of a side the facet of the other one that it lies on.
+type Under = Vec<Option<usize>>;
+
 impl Shared {
+    /// Whether the facets of both sides have the same area and the same middle.
+    fn agree(&self) -> bool {
+        let [a, b] = [0, 1].map(|side| {
+            let own = &self.facets[side];
+            let area = |k: usize| if own.dim == 1 { 1.0 } else { own.sizes[k].powi(own.dim as i32 - 1) };
+            let (mut total, mut middle) = (0.0, Vec3::zeros());
+            for &k in &self.chosen[side] {
+                total += area(k);
+                middle += area(k) * own.middles[k];
+            }
+            (total, middle / total)
+        });
+        let longest = self.facets[0].longest.max(self.facets[1].longest);
+        (a.0 - b.0).abs() <= ROUNDING * a.0 && (a.1 - b.1).norm() <= ROUNDING * longest
+    }
+
+    /// The side whose points serve both, where the facets of the two sides end at different places: the only one each of whose facets lies on
+    /// the other body with all of its points or with none, so that it ends where the interface ends; where both sides have facets that
+    /// lie there in part, that with the smaller ones.
+    fn carried_by(
+        &self,
+        near: &[Vec<usize>; 2],
+        below: &[HashMap<usize, (usize, f64)>; 2],
+        cells: &[BoundaryCells<3>; 2],
+    ) -> Option<(usize, Under)> {
+        // Facets whose middles are over the other body and away from it turn away from it, though points of them are near.
+        let gapes =
+            |side: usize, k: usize| below[side].contains_key(&k) && self.chosen[side].binary_search(&k).is_err();
+        let [first, second] = [0, 1].map(|side| self.under(side, near, &gapes, &cells[side]));
+        let whole = [&first, &second].map(|(_, whole)| *whole);
+        let side = match whole {
+            [true, true] => return None,
+            [false, false] => usize::from(self.facets[1].longest < self.facets[0].longest),
+            _ => usize::from(whole[1]),
+        };
+        let under = if side == 0 { first.0 } else { second.0 };
+        under.iter().any(Option::is_some).then_some((side, under))
+    }
+
+    /// What the points of a side lie on, and whether no facet has some that lie on the other body and some that do not.
+    fn under(
+        &self,
+        side: usize,
+        near: &[Vec<usize>; 2],
+        gapes: &dyn Fn(usize, usize) -> bool,
+        cells: &BoundaryCells<3>,
+    ) -> (Under, bool) {
+        let (own, other) = (&self.facets[side], &self.facets[1 - side]);
+        let (mut under, mut whole) = (vec![None; cells.points.positions.len()], true);
+        for &k in near[side].iter().filter(|&&k| !gapes(side, k)) {
+            let range = cells.points.groups[k]..cells.points.groups[k + 1];
+            for point in range.clone() {
+                let (x, normal) = (&cells.points.positions[point], &cells.points.normals[point]);
+                let close = |&(facet, across): &(usize, f64)| {
+                    !gapes(1 - side, facet) && across <= ACROSS * own.sizes[k].max(other.sizes[facet])
+                };
+                under[point] = other.below(&near[1 - side], x, normal).filter(close).map(|(facet, _)| facet);
+            }
+            let on = under[range.clone()].iter().filter(|facet| facet.is_some()).count();
+            whole &= on == 0 || on == range.len();
+        }
+        (under, whole)
+    }
+
     /// The middle of a facet of one side that does not lie on the other body, though facets of that lie on it: on both sides of its middle,
     /// which is over the other body too, as on coarse chords of an arc; or within it in its plane, as on one that is larger than the whole
     /// other face. Facets at the ends of faces, and where one turns away from the other, are none of these.
-    fn unmatched(&self, side: usize, below: &[HashMap<usize, (usize, f64)>; 2]) -> Option<Vec3> {
+    fn unmatched(&self, side: usize, below: &[HashMap<usize, (usize, f64)>; 2], carried: bool) -> Option<Vec3> {
         let (own, other) = (&self.facets[side], &self.facets[1 - side]);
         let mut on: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for &k in &self.chosen[1 - side] {
@@ -184,7 +264,7 @@ impl Shared {
                 parallel && across <= ROUNDING * size && offset.norm() <= within
             };
             (below[side].contains_key(*facet) && offsets.iter().any(apart))
-                || (self.chosen[side].is_empty() && others.iter().zip(&offsets).any(in_plane))
+                || (self.chosen[side].is_empty() && !carried && others.iter().zip(&offsets).any(in_plane))
         };
         on.iter().find(unmatched).map(|(facet, _)| own.middles[*facet])
     }
@@ -203,9 +283,15 @@ impl Face {
         body: &DiscreteBody<D>,
         boundary: &BoundaryCells<D>,
         chosen: &[usize],
+        lies: &dyn Fn(usize) -> bool,
         kinematics: &dyn Kinematics<D>,
     ) -> Result<Self, Error> {
-        let cells = boundary.facets(&|number, _| chosen.binary_search(&number).is_ok());
+        let mut kept = vec![false; boundary.traces.len()];
+        for &facet in chosen {
+            let range = boundary.points.groups[facet]..boundary.points.groups[facet + 1];
+            range.for_each(|point| kept[point] = lies(point));
+        }
+        let cells = boundary.at_points(&|point| kept[point]);
         let has_hoops = !kinematics.hoop_components().is_empty();
         let mut weights = Vec::with_capacity(cells.traces.len());
         for (x, weight) in cells.points.positions.iter().zip(&cells.points.weights) {
