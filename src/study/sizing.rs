@@ -125,7 +125,7 @@ impl<const D: usize> Scene<D> {
                 Ok(found) => found,
                 Err(error) => {
                     left.push(format!("{} failed: {error}", name_of(scheme)));
-                    // Told of the last, which was to answer where those before it could not.
+                    // Where all are refused the error is that of the last.
                     refused = Some(error);
                     continue;
                 }

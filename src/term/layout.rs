@@ -24,7 +24,7 @@ pub struct Layout {
     /// Whether the internal variables fade with time, so that steps of the load are steps of it where the model has a clock: the load factor
     /// leads.
     pub timed: bool,
-    /// Number of nodes that its shape functions are of, as many as the model has; none where it knows of its own alone.
+    /// Number of nodes of its shape functions, which must be that of the model; none for a term without shape functions.
     pub nodes: Option<usize>,
 }
 

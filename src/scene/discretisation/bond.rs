@@ -63,19 +63,11 @@ fn bond<const D: usize>(
         faces.reverse();
     }
     let [mortar, other] = &faces;
-    let centre = mortar.positions().iter().sum::<Vec3>() / mortar.weights.len() as f64;
-    let size = mortar.positions().iter().map(|x| (x - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
-    let weighed = faces.each_ref().map(|face| Weighed::new(face, &centre, size));
-    let totals = weighed.each_ref().map(Weighed::totals);
-    let agree = totals[0].iter().zip(&totals[1]).all(|(a, b)| (a - b).abs() <= AGREED * totals[0][0].abs());
-    let (here, mut there) = (&mortar.cells, BoundaryCells { traces: carried(mortar, other), ..(*other.cells).clone() });
-    if agree {
-        correct(&mut there.traces, mortar, weighed.each_ref());
-    }
-    let there = &Arc::new(there);
-    // Where the faces end at different places the points of one serve both: the carrier's, else of the smaller.
-    let one = if carrier.is_some() || totals[0][0] <= totals[1][0] { here } else { there };
-    let cells = if agree { [here, there] } else { [one; 2] };
+    let cells = match carrier {
+        // The points of one side serve both.
+        Some(_) => [mortar.cells.clone(), mortar.cells.clone()],
+        None => on_both_sides(mortar, other),
+    };
     let side = |side: usize, sign: f64| {
         let DiscreteBody { approximation, nodes, .. } = pair[side];
         FacetFunctions::new((&**approximation, nodes.start, sign), cells[side].clone(), kinematics)
@@ -93,6 +85,26 @@ fn bond<const D: usize>(
         ties.join(unknown(0, own), unknown(1, nearest[&own]))
     })?;
     Ok(true)
+}
+
+/// Points and traces of the mortar for both sides: its own, and those carried to the points of the other side.
+fn on_both_sides(mortar: &Face, other: &Face) -> [Arc<BoundaryCells<3>>; 2] {
+    let centre = mortar.positions().iter().sum::<Vec3>() / mortar.weights.len() as f64;
+    let size = mortar.positions().iter().map(|x| (x - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
+    let weighed = [mortar, other].map(|face| Weighed::new(face, &centre, size));
+    let totals = weighed.each_ref().map(Weighed::totals);
+    let agree = totals[0].iter().zip(&totals[1]).all(|(a, b)| (a - b).abs() <= AGREED * totals[0][0].abs());
+    let (here, mut there) = (&mortar.cells, BoundaryCells { traces: carried(mortar, other), ..(*other.cells).clone() });
+    if agree {
+        correct(&mut there.traces, mortar, weighed.each_ref());
+    }
+    let there = Arc::new(there);
+    if agree {
+        return [here.clone(), there];
+    }
+    // Where the faces end at different places the points of the smaller one serve both.
+    let smaller = if totals[0][0] <= totals[1][0] { here.clone() } else { there };
+    [smaller.clone(), smaller]
 }
 
 /// The boundaries of two bodies without the facets of the contacts between them: what is to touch is not bonded.

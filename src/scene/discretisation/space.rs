@@ -59,7 +59,7 @@ fn iterates<const D: usize>(
     match scheme.solver_choice {
         SolverChoice::Direct => false,
         SolverChoice::Krylov => true,
-        // An iteration has a way of its own.
+        // An iteration enforces conditions by a method of its own.
         SolverChoice::Auto if scheme.constraint_method != ConstraintMethod::Auto => false,
         SolverChoice::Auto if !scene.contacts.is_empty() => false,
         // Directions depend on the mesh: fits to the corners of slivers stand for little.
